@@ -1,0 +1,1 @@
+//! The O(n) intersector that judges the BVH.

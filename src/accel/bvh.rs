@@ -1,0 +1,1 @@
+//! CWBVH built by obvhs, traversed with robust node and triangle tests.

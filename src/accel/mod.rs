@@ -1,0 +1,56 @@
+//! Ray intersection: a BVH, and the brute-force loop that judges it.
+
+pub mod brute;
+pub mod bvh;
+
+use crate::math::Vec3;
+
+/// A ray or segment: points `origin + t·direction`, `0 <= t < t_max`. The direction need not be normalised.
+/// No smallest `t`: a ray that leaves a surface starts at an origin moved off it by the error bound of the hit point
+/// ([`crate::math::robust::offset_origin`]).
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Start, world space.
+    pub origin: Vec3,
+    /// Direction, finite and not zero.
+    pub direction: Vec3,
+    /// End of the segment, exclusive.
+    pub t_max: f32,
+}
+
+/// The nearest intersection of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in units of the ray's direction.
+    pub t: f32,
+    /// What was hit: below `scene.triangles.len()` a triangle; above, minus that, an index into [`crate::scene::Scene::shapes`]
+    /// of a sphere, disk or cylinder.
+    pub primitive: u32,
+    /// Triangles: barycentric weight of vertex 1. Others: unused, 0.
+    pub u: f32,
+    /// Triangles: barycentric weight of vertex 2.
+    pub v: f32,
+}
+
+/// Finds what a ray meets first. Implementors: [`bvh::Bvh`], [`brute::Brute`].
+pub trait Intersect: Sync {
+    /// The nearest hit, or `None`.
+    fn closest(&self, ray: &Ray) -> Option<Hit>;
+    /// Whether anything lies on the segment.
+    fn occluded(&self, ray: &Ray) -> bool;
+}
+
+/// A point on a surface, with what is needed to shade there and to leave from there.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Position, world space.
+    pub p: Vec3,
+    /// Bound on the absolute rounding error of `p`, per axis.
+    pub p_error: Vec3,
+    /// Geometric normal, unit length, on the shape's front side (not turned towards the ray).
+    pub ng: Vec3,
+    /// Shading normal, unit length, in the hemisphere of `ng`.
+    pub ns: Vec3,
+    /// Index into [`crate::scene::Scene::shapes`].
+    pub shape: u32,
+}

@@ -1,0 +1,1 @@
+//! Probability densities that know their measure.

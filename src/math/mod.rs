@@ -1,0 +1,11 @@
+//! Frames, warps, typed densities, colour and robust floating-point helpers.
+
+pub mod density;
+pub mod frame;
+pub mod rgb;
+pub mod robust;
+pub mod warp;
+
+pub use frame::Frame;
+pub use glam::{Affine3A, Mat4, Vec2, Vec3};
+pub use rgb::Rgb;

@@ -1,0 +1,1 @@
+//! Floating-point helpers with stated error bounds.

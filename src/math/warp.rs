@@ -1,0 +1,1 @@
+//! Warps of the unit square, each as sample / density / inverse.

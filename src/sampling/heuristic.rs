@@ -1,0 +1,1 @@
+//! Multiple importance sampling weights in overflow-safe ratio form.

@@ -1,0 +1,1 @@
+//! Scene and mesh readers: one file per format.

@@ -1,0 +1,27 @@
+//! Light sources: one file per kind.
+
+use crate::math::{Rgb, Vec3};
+
+/// A light source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// A shape that emits from its front side, equally into all directions.
+    Area {
+        /// Index into [`super::Scene::shapes`].
+        shape: u32,
+        /// W m⁻² sr⁻¹.
+        radiance: Rgb,
+    },
+    /// A point that emits equally into all directions.
+    Point {
+        /// World space.
+        position: Vec3,
+        /// W sr⁻¹.
+        intensity: Rgb,
+    },
+    /// The same radiance from every direction that no surface covers.
+    Constant {
+        /// W m⁻² sr⁻¹.
+        radiance: Rgb,
+    },
+}
