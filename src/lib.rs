@@ -2,6 +2,7 @@
 pub mod accel;
 pub mod error;
 pub mod math;
+pub mod record;
 pub mod sampling;
 pub mod scene;
 

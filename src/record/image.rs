@@ -1,0 +1,1 @@
+//! EXR images with statistics layers.

@@ -1,0 +1,303 @@
+//! What a run leaves behind: `record.json`, from which every table, plot, page and verdict is made, and images beside it.
+
+pub mod image;
+
+use crate::error::{Error, Result};
+use crate::sampling::Strategy;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Version of the record format. A record of another version is refused.
+pub const FORMAT: u32 = 1;
+
+/// A whole run: configuration, provenance, results, verdicts, warnings.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Record {
+    /// [`FORMAT`].
+    pub format: u32,
+    /// The experiment's name.
+    pub name: String,
+    /// The question it asks, in the author's words.
+    pub question: Option<String>,
+    /// The experiment file, verbatim.
+    pub experiment: String,
+    /// How and where it was run.
+    pub provenance: Provenance,
+    /// The metrics measured; the first is the headline metric, which curves, slopes and tables speak of.
+    pub metrics: Vec<MetricInfo>,
+    /// Results per scene.
+    pub scenes: Vec<SceneResult>,
+    /// Verdicts on the claims.
+    pub claims: Vec<ClaimResult>,
+    /// Doubts about the data, each with advice.
+    pub warnings: Vec<String>,
+}
+
+/// How and where a run was made.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Version of rootn.
+    pub version: String,
+    /// Processor, operating system and architecture.
+    pub machine: String,
+    /// Worker threads.
+    pub threads: usize,
+    /// Experiment seed.
+    pub seed: u64,
+    /// Seconds of sampling, everything together (reused cells count with the time they once took).
+    pub sampling_seconds: f64,
+}
+
+/// A metric and its exact meaning.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MetricInfo {
+    /// Name, for example `relMSE`.
+    pub name: String,
+    /// Formula with ε.
+    pub formula: String,
+    /// How channels enter.
+    pub channels: String,
+    /// Whether it is a square, so that curves show its root and slopes are those of the root.
+    pub squared: bool,
+    /// Unit or scale, for example "relative", "radiance", "dB".
+    pub unit: String,
+}
+
+/// An estimate with a confidence interval. Bounds are absent where there is no honest one (for example n = 1).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    /// The point estimate.
+    pub estimate: f64,
+    /// Lower bound.
+    pub lower: Option<f64>,
+    /// Upper bound.
+    pub upper: Option<f64>,
+    /// Confidence level of the bounds, for example 0.95.
+    pub confidence: f64,
+}
+
+/// Results on one scene (or integrand).
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SceneResult {
+    /// Name.
+    pub name: String,
+    /// Width, height and channels of the field.
+    pub shape: [usize; 3],
+    /// What one step of the abscissa is: `spp` for images, `samples` for integrals.
+    pub abscissa: String,
+    /// Longest path in edges, where paths are traced; `None` = unbounded or not a path tracer.
+    pub max_depth: Option<u32>,
+    /// What errors are measured against.
+    pub reference: ReferenceResult,
+    /// Errors at which cost is stated, in the root metric (0.01 = 1 %).
+    pub targets: Vec<f64>,
+    /// One per strategy, in the order of the file. The first is the one that others are compared with.
+    pub strategies: Vec<StrategyResult>,
+}
+
+/// The reference.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ReferenceResult {
+    /// In words: how it was made.
+    pub description: String,
+    /// Mean value over pixels and channels.
+    pub mean: f64,
+    /// The reference's own mean weighted variance (of its mean), in units of the headline metric; 0 for exact ones.
+    /// Already subtracted from every error; its root is the floor drawn in plots.
+    pub variance: f64,
+    /// Seconds of sampling it took, if it was rendered.
+    pub seconds: Option<f64>,
+    /// Image relative to the record's folder, if there is one.
+    pub image: Option<String>,
+}
+
+/// What may be said of an estimator's samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Dependence {
+    /// Independent, identically distributed samples per value: s²/N is the variance of the mean.
+    Independent,
+    /// Samples of one value depend on one another (stratified, Latin hypercube, Sobol): variance from replicates only.
+    Dependent,
+    /// Values share samples (light tracing, splatting filters): run-level replicates only.
+    SharedAcrossPixels,
+    /// No randomness: bias alone.
+    Deterministic,
+}
+
+/// Results of one strategy on one scene.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct StrategyResult {
+    /// Name.
+    pub name: String,
+    /// Device that ran it.
+    pub device: String,
+    /// Its axis values.
+    pub strategy: Strategy,
+    /// Dependence class of its samples.
+    pub dependence: Dependence,
+    /// Seconds of set-up (loading, BVH) per run.
+    pub setup_seconds: f64,
+    /// Seconds of sampling per sample of the whole field divided by its pixels: seconds per pixel sample, with interval over replicates.
+    pub seconds_per_sample: Interval,
+    /// Results at each checkpoint, ascending in `spp`.
+    pub checkpoints: Vec<CheckpointResult>,
+    /// Slope of log error over log N with interval; `None` with fewer than three usable checkpoints or two replicates.
+    pub slope: Option<Slope>,
+    /// Relative variance per sample: mean over pixels and channels of w·σ²_eff at the last checkpoint, w = 1/(r²+0.01).
+    pub relative_variance: Interval,
+    /// 1/(relative variance × seconds per sample) over the same of the first strategy; `None` for the first itself.
+    pub efficiency_ratio: Option<Interval>,
+    /// Weighted variance over that of the first strategy at equal N.
+    pub variance_ratio: Option<VarianceRatio>,
+    /// Cost of the scene's targets.
+    pub cost: Vec<TargetCost>,
+    /// Running means of the probe pixels.
+    pub probes: Vec<ProbeResult>,
+    /// Non-finite samples: the count over all replicates and where the first ones lie.
+    pub non_finite: NonFinite,
+    /// Final image over all replicates (layers: see [`image`]), relative to the record's folder; absent for non-images.
+    pub image: Option<String>,
+}
+
+/// Where non-finite samples were met. They are kept out of the mean and make the run unhealthy.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NonFinite {
+    /// How many, over all replicates.
+    pub count: u64,
+    /// (replicate, pixel index, sample index) of at most the first sixteen.
+    pub first: Vec<(u32, u32, u64)>,
+}
+
+/// A fitted order of convergence.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Slope {
+    /// d log(error) / d log(N); −0.5 for independent samples of finite variance.
+    pub slope: Interval,
+    /// Smallest N of the fit.
+    pub from: u64,
+    /// Largest N of the fit.
+    pub to: u64,
+}
+
+/// Results at one checkpoint.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct CheckpointResult {
+    /// Samples per value.
+    pub spp: u64,
+    /// Seconds of sampling up to here, one entry per replicate.
+    pub seconds: Vec<f64>,
+    /// One per metric of the record, in that order.
+    pub metrics: Vec<MetricResult>,
+    /// What σ/√N predicts for the headline metric (not its root), from the samples' own variance; only for independent samples.
+    pub predicted: Option<f64>,
+    /// Set where the reference is too noisy to judge this error: such points are not plotted.
+    pub refused: Option<String>,
+}
+
+/// A metric at a checkpoint.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MetricResult {
+    /// One value per replicate, corrected for the reference's variance where the metric is a square (can be negative then).
+    pub values: Vec<f64>,
+    /// Mean over replicates with a 95 % interval.
+    pub mean: Interval,
+    /// The same mean without the 0.1 % largest terms of each replicate; beside, never instead. `None` for metrics that are not means of terms.
+    pub trimmed: Option<f64>,
+}
+
+/// Ratio of weighted variances, with the spread of the per-pixel ratio.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VarianceRatio {
+    /// The ratio of image-level weighted variances.
+    pub ratio: Interval,
+    /// Quantiles 5, 25, 50, 75, 95 % of the per-pixel ratio (pixels where both variances are positive).
+    pub quantiles: Option<[f64; 5]>,
+}
+
+/// What an error costs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TargetCost {
+    /// The error wanted, in the root metric.
+    pub target: f64,
+    /// Samples per pixel that reach it.
+    pub spp: f64,
+    /// Seconds of sampling that reach it; `None` where extrapolation has no basis.
+    pub seconds: Option<Interval>,
+    /// Whether the figure lies beyond the largest N measured.
+    pub extrapolated: bool,
+}
+
+/// Running mean of one pixel (mean over channels) in the first replicate.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ProbeResult {
+    /// Pixel column and row.
+    pub pixel: [u32; 2],
+    /// The reference's value.
+    pub reference: f64,
+    /// (spp, mean over replicates, lower, upper): 95 % interval over replicates.
+    pub points: Vec<(u64, f64, f64, f64)>,
+}
+
+/// Three-valued answer to a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The whole interval satisfies the claim.
+    Supported,
+    /// The whole interval violates it.
+    Refuted,
+    /// The interval straddles the threshold.
+    Inconclusive,
+}
+
+/// A claim, judged.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ClaimResult {
+    /// The author's words.
+    pub text: String,
+    /// Scene it was judged on.
+    pub scene: String,
+    /// The measured quantity.
+    pub interval: Interval,
+    /// The answer.
+    pub verdict: Verdict,
+    /// The answer as one sentence with figures.
+    pub sentence: String,
+}
+
+impl Record {
+    /// Reads `record.json` from a folder.
+    pub fn load(folder: &Path) -> Result<Self> {
+        let path = folder.join("record.json");
+        let text = std::fs::read_to_string(&path).map_err(|e| Error::io(&path, e))?;
+        let record: Self =
+            serde_json::from_str(&text).map_err(|e| Error::damaged(&path, format!("not a record: {e}")))?;
+        if record.format != FORMAT {
+            return Err(Error::damaged(&path, format!("record format {}; this version reads {FORMAT}", record.format)));
+        }
+        Ok(record)
+    }
+
+    /// Writes `record.json` into a folder, atomically.
+    pub fn save(&self, folder: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self).expect("plain data");
+        write_atomically(&folder.join("record.json"), text.as_bytes())
+    }
+}
+
+/// Writes a file so that it is either absent, old or complete, whatever happens in between.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    use std::io::Write;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let write = || {
+        std::fs::create_dir_all(folder)?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        file.write_all(bytes)?;
+        file.as_file().sync_data()?;
+        file.persist(path).map_err(|e| e.error)?;
+        Ok(())
+    };
+    write().map_err(|e| Error::io(path, e))
+}
