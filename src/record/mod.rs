@@ -1,6 +1,7 @@
 //! What a run leaves behind: `record.json`, from which every table, plot, page and verdict is made, and images beside it.
 
 pub mod image;
+pub mod layers;
 
 use crate::error::{Error, Result};
 use crate::sampling::Strategy;
@@ -147,6 +148,8 @@ pub struct StrategyResult {
     pub slope: Option<Slope>,
     /// Relative variance per sample: mean over pixels and channels of w·σ²_eff at the last checkpoint, w = 1/(r²+0.01).
     pub relative_variance: Interval,
+    /// The relative variance without replicate i, for i = 0, 1, …: what jackknife intervals of ratios are made of.
+    pub relative_variance_without: Vec<f64>,
     /// 1/(relative variance × seconds per sample) over the same of the first strategy; `None` for the first itself.
     pub efficiency_ratio: Option<Interval>,
     /// Weighted variance over that of the first strategy at equal N.
@@ -171,10 +174,12 @@ pub struct NonFinite {
 }
 
 /// A fitted order of convergence.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slope {
     /// d log(error) / d log(N); −0.5 for independent samples of finite variance.
     pub slope: Interval,
+    /// One slope per replicate.
+    pub values: Vec<f64>,
     /// Smallest N of the fit.
     pub from: u64,
     /// Largest N of the fit.

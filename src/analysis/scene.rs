@@ -1,0 +1,254 @@
+//! From the checkpoints of one strategy's replicates to its results.
+
+use super::curve::{CONFIDENCE, cost, slope};
+use super::efficiency::{Jackknifed, between, efficiency_ratio, variance_ratio, within};
+use crate::error::Result;
+use crate::estimator::Shape;
+use crate::moments::cell::Checkpoint;
+use crate::record::{
+    CheckpointResult, Dependence, MetricResult, NonFinite, ProbeResult, StrategyResult, VarianceRatio,
+};
+use crate::sampling::Strategy;
+use crate::stats::interval::{median_interval, quantile};
+use crate::stats::metric::{Measured, Metric, weight};
+use crate::stats::{jackknife, mean_interval};
+
+/// Largest share of the measured squared error that the reference's own variance may make up.
+pub const REFERENCE_LIMIT: f64 = 0.2;
+
+/// What errors are measured against.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Mean of every value.
+    pub mean: Vec<f64>,
+    /// Variance of that mean; 0 where exact.
+    pub variance: Vec<f64>,
+}
+
+/// What is measured, and how.
+pub struct Settings<'a> {
+    /// Shape of the field.
+    pub shape: Shape,
+    /// Metrics, the headline one first.
+    pub metrics: &'a [Metric],
+    /// Wanted errors.
+    pub targets: &'a [f64],
+    /// Probe pixels.
+    pub probes: &'a [[u32; 2]],
+    /// Checkpoints, ascending.
+    pub checkpoints: &'a [u64],
+    /// Number of replicates.
+    pub replicates: u32,
+}
+
+/// Who was measured.
+pub struct Subject {
+    /// Name of the strategy.
+    pub name: String,
+    /// Device.
+    pub device: String,
+    /// Axis values.
+    pub strategy: Strategy,
+    /// Dependence class.
+    pub dependence: Dependence,
+    /// Seconds of set-up.
+    pub setup_seconds: f64,
+}
+
+/// A strategy's results, and its per-value variance per sample for ratios with other strategies.
+pub struct Analysed {
+    /// What goes into the record.
+    pub result: StrategyResult,
+    /// Variance per sample of every value: from samples where they are independent, else N·variance of replicate means.
+    pub variance: Vec<f64>,
+    /// Mean over replicates at the last checkpoint.
+    pub mean: Vec<f64>,
+    /// Standard error of that mean, from replicates; NaN with fewer than two.
+    pub std_error: Vec<f64>,
+    /// Mean over replicates of the sample variance at the last checkpoint.
+    pub sample_variance: Vec<f64>,
+}
+
+/// Analyses one strategy; `load(replicate, N)` gives its checkpoints.
+pub fn analyse(
+    subject: Subject,
+    settings: &Settings<'_>,
+    reference: &Reference,
+    load: impl Fn(u32, u64) -> Result<Checkpoint>,
+) -> Result<Analysed> {
+    let weights: Vec<f64> = reference.mean.iter().map(|&r| weight(r)).collect();
+    let shares: Vec<f64> =
+        settings.metrics.iter().map(|m| m.reference_share(&reference.mean, &reference.variance)).collect();
+    let mut checkpoints = Vec::new();
+    let mut probes: Vec<ProbeResult> = settings.probes.iter().map(|&p| probe(p, settings.shape, reference)).collect();
+    let mut last = Vec::new();
+    for &n in settings.checkpoints {
+        let loaded = (0..settings.replicates).map(|r| load(r, n)).collect::<Result<Vec<_>>>()?;
+        checkpoints.push(checkpoint(n, &loaded, &subject, settings, reference, &shares, &weights));
+        for p in &mut probes {
+            p.points.extend(probe_point(p.pixel, settings.shape, n, &loaded));
+        }
+        last = loaded;
+    }
+    let n = settings.checkpoints.last().copied().unwrap_or(1);
+    let spread = spread(&last, &weights, n, subject.dependence);
+    let statistic = spread.statistic;
+    let relative_variance = jackknife(statistic.all, &statistic.without, CONFIDENCE);
+    let squared = settings.metrics[0].squared();
+    let slope = slope(&checkpoints, squared).filter(|_| settings.metrics[0].converges_to_zero());
+    let pixels = settings.shape.pixels() as f64;
+    let seconds: Vec<f64> = last.iter().map(|c| c.seconds / (n as f64 * pixels)).collect();
+    let field_seconds: Vec<f64> = last.iter().map(|c| c.seconds / n as f64).collect();
+    let independent = (subject.dependence == Dependence::Independent && settings.metrics[0] == Metric::RelMse)
+        .then_some(relative_variance);
+    let cost = settings
+        .targets
+        .iter()
+        .filter_map(|&t| {
+            cost(t, &checkpoints, squared, independent, slope.as_ref(), median_interval(&field_seconds, CONFIDENCE))
+        })
+        .collect();
+    let result = StrategyResult {
+        name: subject.name,
+        device: subject.device,
+        strategy: subject.strategy,
+        dependence: subject.dependence,
+        setup_seconds: subject.setup_seconds,
+        seconds_per_sample: median_interval(&seconds, CONFIDENCE),
+        checkpoints,
+        slope,
+        relative_variance,
+        relative_variance_without: statistic.without,
+        efficiency_ratio: None,
+        variance_ratio: None,
+        cost,
+        probes,
+        non_finite: non_finite(&last),
+        image: None,
+    };
+    Ok(Analysed {
+        result,
+        variance: spread.variance,
+        mean: spread.mean,
+        std_error: spread.std_error,
+        sample_variance: spread.sample_variance,
+    })
+}
+
+fn checkpoint(
+    n: u64,
+    loaded: &[Checkpoint],
+    subject: &Subject,
+    settings: &Settings<'_>,
+    reference: &Reference,
+    shares: &[f64],
+    weights: &[f64],
+) -> CheckpointResult {
+    let metrics: Vec<MetricResult> = settings
+        .metrics
+        .iter()
+        .zip(shares)
+        .map(|(m, &share)| {
+            let measured: Vec<Measured> = loaded.iter().map(|c| m.measure(&c.mean, &reference.mean, share)).collect();
+            let values: Vec<f64> = measured.iter().map(|m| m.value).collect();
+            let trimmed = measured.iter().map(|m| m.trimmed).sum::<f64>() / measured.len() as f64;
+            MetricResult { mean: mean_interval(&values, CONFIDENCE), values, trimmed: Some(trimmed) }
+        })
+        .collect();
+    let predicted = (subject.dependence == Dependence::Independent && settings.metrics[0] == Metric::RelMse)
+        .then(|| loaded.iter().filter_map(|c| weighted_variance(&c.variance, weights)).collect::<Vec<_>>())
+        .filter(|v| v.len() == loaded.len())
+        .map(|v| v.iter().sum::<f64>() / v.len() as f64 / n as f64);
+    let uncorrected = metrics[0].mean.estimate + shares[0];
+    let refused = (shares[0] > REFERENCE_LIMIT * uncorrected).then(|| {
+        format!(
+            "the reference's own variance is {:.0} % of the measured {} (limit {:.0} %)",
+            100.0 * shares[0] / uncorrected,
+            settings.metrics[0].info().name,
+            100.0 * REFERENCE_LIMIT
+        )
+    });
+    CheckpointResult { spp: n, seconds: loaded.iter().map(|c| c.seconds).collect(), metrics, predicted, refused }
+}
+
+/// Mean over values of w·s²; `None` where a variance is not defined.
+fn weighted_variance(variance: &[f64], weights: &[f64]) -> Option<f64> {
+    let sum: f64 = variance.iter().zip(weights).map(|(v, w)| v * w).sum();
+    (variance.len() == weights.len() && sum.is_finite()).then(|| sum / weights.len() as f64)
+}
+
+struct Spread {
+    statistic: Jackknifed,
+    variance: Vec<f64>,
+    mean: Vec<f64>,
+    std_error: Vec<f64>,
+    sample_variance: Vec<f64>,
+}
+
+/// Variance per sample, from samples where they are independent, else from replicates.
+fn spread(last: &[Checkpoint], weights: &[f64], n: u64, dependence: Dependence) -> Spread {
+    let r = last.len() as f64;
+    let values = weights.len();
+    let average = |pick: fn(&Checkpoint) -> &Vec<f64>| -> Vec<f64> {
+        (0..values).map(|i| last.iter().map(|c| pick(c).get(i).copied().unwrap_or(f64::NAN)).sum::<f64>() / r).collect()
+    };
+    let mean = average(|c| &c.mean);
+    let sample_variance = average(|c| &c.variance);
+    let between_variance: Vec<f64> =
+        (0..values).map(|i| last.iter().map(|c| (c.mean[i] - mean[i]).powi(2)).sum::<f64>() / (r - 1.0)).collect();
+    let std_error = between_variance.iter().map(|v| (v / r).sqrt()).collect();
+    if dependence == Dependence::Independent {
+        let per_replicate: Vec<f64> =
+            last.iter().map(|c| weighted_variance(&c.variance, weights).unwrap_or(f64::NAN)).collect();
+        Spread {
+            statistic: within(&per_replicate),
+            variance: sample_variance.clone(),
+            mean,
+            std_error,
+            sample_variance,
+        }
+    } else {
+        let means: Vec<Vec<f64>> = last.iter().map(|c| c.mean.clone()).collect();
+        let variance = between_variance.iter().map(|v| v * n as f64).collect();
+        Spread { statistic: between(&means, weights, n), variance, mean, std_error, sample_variance }
+    }
+}
+
+/// Fills in the ratios with the first strategy.
+pub fn compare_with_first(analysed: &mut [Analysed]) {
+    let Some((first, others)) = analysed.split_first_mut() else { return };
+    for other in others {
+        let ratios: Vec<f64> = other
+            .variance
+            .iter()
+            .zip(&first.variance)
+            .filter(|(a, b)| **a > 0.0 && **b > 0.0)
+            .map(|(a, b)| a / b)
+            .collect();
+        let quantiles = (!ratios.is_empty()).then(|| [0.05, 0.25, 0.5, 0.75, 0.95].map(|q| quantile(&ratios, q)));
+        other.result.efficiency_ratio = Some(efficiency_ratio(&other.result, &first.result, CONFIDENCE));
+        let ratio = variance_ratio(&other.result, &first.result, CONFIDENCE);
+        other.result.variance_ratio = Some(VarianceRatio { ratio, quantiles });
+    }
+}
+
+/// Mean over channels of a pixel.
+fn pixel_mean(field: &[f64], pixel: [u32; 2], shape: Shape) -> f64 {
+    let first = (pixel[1] as usize * shape.width + pixel[0] as usize) * shape.channels;
+    field[first..][..shape.channels].iter().sum::<f64>() / shape.channels as f64
+}
+
+fn probe(pixel: [u32; 2], shape: Shape, reference: &Reference) -> ProbeResult {
+    ProbeResult { pixel, reference: pixel_mean(&reference.mean, pixel, shape), points: Vec::new() }
+}
+
+fn probe_point(pixel: [u32; 2], shape: Shape, n: u64, loaded: &[Checkpoint]) -> Option<(u64, f64, f64, f64)> {
+    let values: Vec<f64> = loaded.iter().map(|c| pixel_mean(&c.mean, pixel, shape)).collect();
+    let i = mean_interval(&values, CONFIDENCE);
+    Some((n, i.estimate, i.lower?, i.upper?))
+}
+
+fn non_finite(last: &[Checkpoint]) -> NonFinite {
+    let located = last.iter().enumerate().flat_map(|(r, c)| c.located.iter().map(move |&(p, s)| (r as u32, p, s)));
+    NonFinite { count: last.iter().map(|c| c.non_finite).sum(), first: located.take(16).collect() }
+}

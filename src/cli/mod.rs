@@ -1,0 +1,77 @@
+//! The commands, one file each. stdout = data, stderr = progress and messages.
+
+mod completions;
+mod render;
+mod replay;
+mod report;
+mod run;
+mod schema;
+
+use crate::error::{Error, Result};
+
+/// A command of `rootn`.
+#[derive(clap::Subcommand)]
+pub enum Command {
+    /// Run an experiment and write its report.
+    Run(run::Run),
+    /// Render one image with its statistics.
+    Render(render::Render),
+    /// Write the report of a finished run again.
+    Report(report::Report),
+    /// Trace one sample again and print its path vertex by vertex.
+    Replay(replay::Replay),
+    /// Print the JSON schema of experiment files.
+    Schema(schema::Schema),
+    /// Print shell completions.
+    Completions(completions::Completions),
+}
+
+impl Command {
+    /// Executes the command.
+    pub fn execute(self) -> Result<()> {
+        // The first Ctrl-C asks for a checkpoint; a second one ends the process at once.
+        let mut asked = false;
+        let handler = ctrlc::set_handler(move || {
+            if asked {
+                std::process::exit(130);
+            }
+            asked = true;
+            eprintln!("\nstopping at the next checkpoint (press Ctrl-C again to stop at once)");
+            crate::run::interrupt();
+        });
+        handler.map_err(|e| Error::Usage(format!("cannot listen for Ctrl-C: {e}")))?;
+        match self {
+            Self::Run(c) => c.execute(),
+            Self::Render(c) => c.execute(),
+            Self::Report(c) => c.execute(),
+            Self::Replay(c) => c.execute(),
+            Self::Schema(c) => c.execute(),
+            Self::Completions(c) => c.execute(),
+        }
+    }
+}
+
+/// Limits the worker threads of the whole process.
+fn use_threads(threads: Option<usize>) -> Result<()> {
+    let Some(n) = threads else { return Ok(()) };
+    if n == 0 {
+        return Err(Error::Usage("--threads 0: at least 1".into()));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build_global();
+    pool.map_err(|e| Error::Usage(format!("--threads {n}: {e}")))
+}
+
+/// Parses `name=value`.
+fn parameter(text: &str) -> std::result::Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    Ok((name.to_owned(), value.to_owned()))
+}
+
+/// Prints to stdout; a closed pipe (`rootn … | head`) ends the output, not the program.
+fn print(text: &str) -> Result<()> {
+    use std::io::Write;
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("standard output", e)),
+        _ => Ok(()),
+    }
+}

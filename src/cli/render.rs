@@ -1,0 +1,141 @@
+use super::{parameter, use_threads};
+use crate::error::{Error, Result};
+use crate::estimator::cpu::{CpuEstimator, PreparedScene};
+use crate::estimator::{Cell, Estimator};
+use crate::record::image::{Attributes, write_exr};
+use crate::record::layers;
+use crate::run::{progress_bar, sample};
+use crate::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy};
+use crate::sampling::{Key, Role};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Renders one image and writes it with all its moments.
+#[derive(clap::Args)]
+pub struct Render {
+    /// Scene file (Mitsuba 3 XML).
+    scene: PathBuf,
+    /// Image to write (EXR).
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: PathBuf,
+    /// Sampling strategy.
+    #[arg(long, value_enum, default_value_t = Preset::Mis)]
+    strategy: Preset,
+    #[command(flatten)]
+    settings: Settings,
+    /// Samples per pixel.
+    #[arg(long, default_value_t = 64)]
+    spp: u64,
+    /// Worker threads; default: one per core.
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// No progress on stderr.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// What `render` and `replay` share: how the scene file is to be read.
+#[derive(clap::Args)]
+pub(super) struct Settings {
+    /// Film width in pixels; default: the scene's.
+    #[arg(long)]
+    width: Option<u32>,
+    /// Film height in pixels; default: the scene's.
+    #[arg(long)]
+    height: Option<u32>,
+    /// Longest path in edges (1 = emission only), or none; default: the scene's.
+    #[arg(long, value_name = "D")]
+    max_depth: Option<DepthLimit>,
+    /// Depth from which Russian roulette may end a path, or none; default: the scene's.
+    #[arg(long, value_name = "R")]
+    roulette_depth: Option<DepthLimit>,
+    /// Seed.
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Value of a <default> parameter of the scene file.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parameter)]
+    parameters: Vec<(String, String)>,
+}
+
+/// A number of edges, or `none`.
+#[derive(Clone, Copy)]
+struct DepthLimit(Option<u32>);
+
+impl std::str::FromStr for DepthLimit {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "none" => Ok(Self(None)),
+            _ => text.parse().map(|n| Self(Some(n))).map_err(|_| "expected a number of edges or `none`".into()),
+        }
+    }
+}
+
+impl Settings {
+    /// The scene, ready to be traced, as the flags ask for.
+    pub(super) fn prepare(&self, path: &std::path::Path) -> Result<PreparedScene> {
+        let mut scene = crate::scene::format::load(path, &self.parameters)?;
+        for warning in &scene.warnings {
+            eprintln!("rootn: warning: {warning}");
+        }
+        let [width, height] = scene.film.crop_size;
+        if self.width.is_some() || self.height.is_some() {
+            let size = [self.width.unwrap_or(width), self.height.unwrap_or(height)];
+            if size.iter().any(|n| !(1..=65_536).contains(n)) {
+                return Err(Error::Usage(format!("film of {} × {} pixels: 1 to 65536 are allowed", size[0], size[1])));
+            }
+            scene.film.resize(size);
+        }
+        if let Some(DepthLimit(depth)) = self.max_depth {
+            scene.depth.max = depth;
+        }
+        PreparedScene::new(scene)
+    }
+
+    /// The strategy of a preset with the flags' roulette.
+    pub(super) fn strategy(&self, preset: Preset) -> Strategy {
+        let roulette = self.roulette_depth.map(|DepthLimit(d)| match d {
+            Some(n) => Roulette::Depth(n),
+            None => Roulette::Never(NoRoulette::None),
+        });
+        Strategy { roulette, ..preset.strategy() }
+    }
+}
+
+impl Render {
+    pub(super) fn execute(self) -> Result<()> {
+        use_threads(self.threads)?;
+        if self.spp == 0 {
+            return Err(Error::Usage("--spp 0: at least 1".into()));
+        }
+        let prepared = Arc::new(self.settings.prepare(&self.scene)?);
+        let strategy = self.settings.strategy(self.strategy);
+        let estimator = CpuEstimator::new(prepared, strategy)?;
+        let key = Key::new(self.settings.seed, Role::Run, &strategy.identity(), 0);
+        let bar = progress_bar(self.spp * estimator.shape().pixels() as u64, self.quiet);
+        let (estimate, interrupted) = sample(&estimator, &Cell { key, length: self.spp }, self.spp, None, &bar)?;
+        bar.finish_and_clear();
+        let tree = estimate.moments.as_ref().expect("a path tracer has samples");
+        let about = Attributes {
+            samples_per_pixel: tree.samples(),
+            render_time_seconds: estimate.seconds,
+            seed: self.settings.seed,
+            strategy: self.strategy.label().into(),
+            cell_hash: blake3::hash(estimator.identity().as_bytes()).to_hex()[..24].to_owned(),
+        };
+        write_exr(&self.output, &layers::of_moments(estimator.shape(), &tree.fold(), strategy.sequence), &about)?;
+        if let Some(&(pixel, sample)) = tree.non_finite().first() {
+            eprintln!("rootn: warning: non-finite samples, the first in pixel {pixel}, sample {sample}: see `rootn replay`");
+        }
+        if interrupted {
+            return Err(Error::Interrupted);
+        }
+        if !self.quiet {
+            let samples = tree.samples() as f64 * estimator.shape().pixels() as f64;
+            let rate = samples / estimate.seconds / 1e6;
+            eprintln!("{} spp in {:.2} s, {rate:.2} million samples/s", tree.samples(), estimate.seconds);
+        }
+        Ok(())
+    }
+}

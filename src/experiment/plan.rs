@@ -1,0 +1,150 @@
+//! From an experiment to a plan: scenes loaded, estimators built, references found.
+
+use super::{Experiment, MaxDepth, ReferenceEntry, SceneEntry};
+use crate::analysis::scene::Reference;
+use crate::error::{Error, Place, Result};
+use crate::estimator::Shape;
+use crate::estimator::cpu::{CpuEstimator, PreparedScene};
+use crate::estimator::integrand::{Integrand, IntegrandEstimator};
+use crate::record::image::read_exr;
+use crate::run::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
+use crate::sampling::strategy::Preset;
+use crate::stats::Metric;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Replicates of a rendered reference unless the file says otherwise.
+const REFERENCE_REPLICATES: u32 = 32;
+
+/// Builds the plan of an experiment; `path` is its file, `text` what it says.
+pub fn plan(experiment: &Experiment, path: &Path, text: String) -> Result<Plan<'static>> {
+    let mut warnings = Vec::new();
+    let mut scenes = Vec::new();
+    for entry in &experiment.scene {
+        let scene = match entry.integrand {
+            Some(integrand) => integrand_scene(experiment, entry, integrand, path)?,
+            None => rendered_scene(experiment, entry, path, &mut warnings)?,
+        };
+        check_probes(experiment, &scene, path)?;
+        scenes.push(scene);
+    }
+    let mut metrics = vec![experiment.metric];
+    metrics.extend(Metric::ALL.into_iter().filter(|&m| m != experiment.metric));
+    Ok(Plan {
+        name: experiment.name.clone(),
+        question: experiment.question.clone(),
+        experiment: text,
+        seed: experiment.budget.seed,
+        replicates: experiment.budget.replicates,
+        checkpoints: powers_of_two(experiment.budget.spp),
+        metrics,
+        targets: experiment.targets.clone(),
+        probes: experiment.probes.clone(),
+        log_pixels: experiment.log == super::Log::Pixels,
+        scenes,
+        claims: experiment.claim.clone(),
+        warnings,
+    })
+}
+
+fn check_probes(experiment: &Experiment, scene: &PlannedScene<'_>, path: &Path) -> Result<()> {
+    let shape = scene.contenders[0].estimator.shape();
+    let outside = |p: &&[u32; 2]| p[0] as usize >= shape.width || p[1] as usize >= shape.height;
+    match experiment.probes.iter().find(outside) {
+        Some([x, y]) => Err(Error::input(
+            Place::file(path),
+            format!("probe [{x}, {y}] lies outside the film of {} × {} pixels of {}", shape.width, shape.height, scene.name),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Paths in an experiment are relative to its file.
+fn beside(path: &Path, file: &Path) -> PathBuf {
+    path.parent().unwrap_or(Path::new(".")).join(file)
+}
+
+fn integrand_scene(
+    experiment: &Experiment,
+    entry: &SceneEntry,
+    integrand: Integrand,
+    path: &Path,
+) -> Result<PlannedScene<'static>> {
+    let size = experiment.film.map_or([16, 16], |f| [f.width as usize, f.height as usize]);
+    let contenders = experiment.strategy.iter().map(|s| {
+        let (name, strategy) = s.resolve();
+        let estimator = IntegrandEstimator { integrand, size, sequence: strategy.sequence };
+        Contender { name, device: "cpu".into(), strategy, estimator: Box::new(estimator) }
+    });
+    let reference = match &experiment.reference {
+        None => ReferencePlan::Exact(integrand.integral()),
+        Some(ReferenceEntry { exact: Some(value), .. }) => ReferencePlan::Exact(*value),
+        Some(_) => {
+            let message = format!("integrand `{}` has a known value; leave [reference] out", integrand.label());
+            return Err(Error::input(Place::file(path), message));
+        }
+    };
+    Ok(PlannedScene { name: entry.label(), contenders: contenders.collect(), reference, max_depth: None })
+}
+
+fn rendered_scene(
+    experiment: &Experiment,
+    entry: &SceneEntry,
+    path: &Path,
+    warnings: &mut Vec<String>,
+) -> Result<PlannedScene<'static>> {
+    let file = beside(path, entry.file.as_deref().expect("checked on loading"));
+    let parameters: Vec<_> = entry.parameters.iter().map(|(k, v)| (k.clone(), v.clone())).collect();
+    let mut scene = crate::scene::format::load(&file, &parameters)?;
+    if let Some(f) = experiment.film {
+        scene.film.resize([f.width, f.height]);
+    }
+    match experiment.max_depth {
+        Some(MaxDepth::Edges(n)) => scene.depth.max = Some(n),
+        Some(MaxDepth::Unbounded(_)) => scene.depth.max = None,
+        None => {}
+    }
+    warnings.append(&mut scene.warnings);
+    let max_depth = scene.depth.max;
+    let prepared = Arc::new(PreparedScene::new(scene)?);
+    let contenders = experiment
+        .strategy
+        .iter()
+        .map(|s| {
+            let (name, strategy) = s.resolve();
+            let estimator = CpuEstimator::new(Arc::clone(&prepared), strategy)?;
+            Ok(Contender { name, device: "cpu".into(), strategy, estimator: Box::new(estimator) })
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let shape = contenders[0].estimator.shape();
+    let reference = match experiment.reference.as_ref().expect("checked on loading") {
+        ReferenceEntry { exact: Some(value), .. } => ReferencePlan::Exact(*value),
+        ReferenceEntry { image: Some(image), .. } => image_reference(&beside(path, image), shape)?,
+        ReferenceEntry { spp, replicates, .. } => ReferencePlan::Rendered {
+            estimator: Box::new(CpuEstimator::new(Arc::clone(&prepared), Preset::Sobol.strategy())?),
+            name: "MIS with Sobol points".into(),
+            spp: spp.expect("checked on loading"),
+            replicates: replicates.unwrap_or(REFERENCE_REPLICATES),
+        },
+    };
+    Ok(PlannedScene { name: entry.label(), contenders, reference, max_depth })
+}
+
+/// Reads a reference image with its standard error.
+fn image_reference(path: &Path, shape: Shape) -> Result<ReferencePlan<'static>> {
+    let layers = read_exr(path)?;
+    let fail = |message: String| Err(Error::damaged(path, message));
+    if (layers.width, layers.height) != (shape.width, shape.height) {
+        let (w, h) = (layers.width, layers.height);
+        return fail(format!("{w} × {h} pixels; the film has {} × {}", shape.width, shape.height));
+    }
+    let Some(mean) = layers.rgb("") else { return fail("no channels R, G, B".into()) };
+    let Some(error) = layers.rgb("std_error.").or_else(|| layers.rgb("stderr.")) else {
+        return fail("no channels std_error.R, .G, .B: a reference must say how certain it is".into());
+    };
+    if !mean.iter().chain(&error).all(|v| v.is_finite()) {
+        return fail("non-finite values; a reference must be finite".into());
+    }
+    let reference = Reference { mean, variance: error.iter().map(|e| e * e).collect() };
+    Ok(ReferencePlan::Image { path: path.to_owned(), reference })
+}

@@ -1,0 +1,224 @@
+//! Files that keep estimates: one folder per cell, named by the hash of what determines its samples.
+//!
+//! `<N>.cell` holds mean and sample variance at checkpoint N; `state.cell` the whole block tree of the newest estimate,
+//! from which a run continues. Each file is written atomically and ends in a BLAKE3 checksum of all before it:
+//! magic, version, length and text of a JSON header, payload (little endian), checksum.
+
+use super::{BlockTree, Moments};
+use crate::error::{Error, Result};
+use crate::estimator::Estimate;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+const MAGIC: &[u8; 8] = b"rootncel";
+const VERSION: u32 = 1;
+const CHECKSUM: usize = 32;
+/// Largest file that is read: 16 GiB would be a 10⁸-pixel state.
+const LARGEST: u64 = 1 << 34;
+
+/// What is kept of an estimate at a checkpoint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// Seconds of sampling up to here.
+    pub seconds: f64,
+    /// Running mean of every value.
+    pub mean: Vec<f64>,
+    /// Sample variance S²/(n−1) of every value; NaN where n < 2. Empty for estimators without samples.
+    pub variance: Vec<f64>,
+    /// Non-finite samples: count over all values.
+    pub non_finite: u64,
+    /// (pixel, sample) of the first ones.
+    pub located: Vec<(u32, u64)>,
+}
+
+impl Checkpoint {
+    /// What an estimate leaves at a checkpoint.
+    pub fn of(estimate: &Estimate) -> Self {
+        let moments = estimate.moments.as_ref().map(BlockTree::fold).unwrap_or_default();
+        Self {
+            seconds: estimate.seconds,
+            mean: estimate.field.clone(),
+            variance: moments.iter().map(|m| m.sample_variance().unwrap_or(f64::NAN)).collect(),
+            non_finite: moments.iter().map(|m| m.non_finite).sum(),
+            located: estimate.moments.as_ref().map(|t| t.non_finite().to_vec()).unwrap_or_default(),
+        }
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    identity: String,
+    values: usize,
+    samples: u64,
+    seconds: f64,
+    non_finite: u64,
+    located: Vec<(u32, u64)>,
+    pixels: usize,
+    channels: usize,
+}
+
+/// The folder of one cell.
+#[derive(Clone, Debug)]
+pub struct CellFolder {
+    path: PathBuf,
+    identity: String,
+}
+
+impl CellFolder {
+    /// The folder below `root` for samples determined by `identity`.
+    pub fn new(root: &Path, identity: String) -> Self {
+        let hash = blake3::hash(identity.as_bytes()).to_hex();
+        Self { path: root.join(&hash[..24]), identity }
+    }
+
+    /// The hash that names the folder.
+    pub fn hash(&self) -> String {
+        self.path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+    }
+
+    /// Forgets everything kept.
+    pub fn remove(&self) -> Result<()> {
+        match std::fs::remove_dir_all(&self.path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(&self.path, e)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether the checkpoint's file exists (it may still turn out damaged).
+    pub fn has(&self, checkpoint: u64) -> bool {
+        self.file(checkpoint).exists()
+    }
+
+    fn file(&self, checkpoint: u64) -> PathBuf {
+        self.path.join(format!("{checkpoint}.cell"))
+    }
+
+    fn header(&self, values: usize, samples: u64, seconds: f64) -> Header {
+        Header {
+            identity: self.identity.clone(),
+            values,
+            samples,
+            seconds,
+            non_finite: 0,
+            located: Vec::new(),
+            pixels: 0,
+            channels: 0,
+        }
+    }
+
+    /// Keeps a checkpoint.
+    pub fn save_checkpoint(&self, samples: u64, c: &Checkpoint) -> Result<()> {
+        let header = Header {
+            non_finite: c.non_finite,
+            located: c.located.clone(),
+            ..self.header(c.mean.len(), samples, c.seconds)
+        };
+        let payload = [bytemuck::cast_slice::<f64, u8>(&c.mean), bytemuck::cast_slice(&c.variance)].concat();
+        write(&self.file(samples), &header, &payload)
+    }
+
+    /// Reads a checkpoint; `None` if there is none. `values` is the size that the field must have.
+    pub fn load_checkpoint(&self, samples: u64, values: usize) -> Result<Option<Checkpoint>> {
+        let path = self.file(samples);
+        let Some((header, payload)) = read(&path)? else { return Ok(None) };
+        self.check(&path, &header, samples)?;
+        let numbers = floats(&payload);
+        if header.values != values || (numbers.len() != values && numbers.len() != 2 * values) {
+            return Err(Error::damaged(&path, format!("{} numbers for {values} values", numbers.len())));
+        }
+        Ok(Some(Checkpoint {
+            seconds: header.seconds,
+            mean: numbers[..values].to_vec(),
+            variance: numbers[values..].to_vec(),
+            non_finite: header.non_finite,
+            located: header.located,
+        }))
+    }
+
+    /// Keeps the state that the run continues from.
+    pub fn save_state(&self, estimate: &Estimate, pixels: usize, channels: usize) -> Result<()> {
+        let Some(tree) = &estimate.moments else { return Ok(()) };
+        let header = Header {
+            pixels,
+            channels,
+            located: tree.non_finite().to_vec(),
+            ..self.header(pixels * channels, tree.samples(), estimate.seconds)
+        };
+        write(&self.path.join("state.cell"), &header, bytemuck::cast_slice(tree.nodes()))
+    }
+
+    /// Reads the newest state; `None` if there is none.
+    pub fn load_state(&self, pixels: usize, channels: usize) -> Result<Option<Estimate>> {
+        let path = self.path.join("state.cell");
+        let Some((header, payload)) = read(&path)? else { return Ok(None) };
+        self.check(&path, &header, header.samples)?;
+        let size = std::mem::size_of::<Moments>();
+        let nodes: Vec<Moments> = payload.chunks_exact(size).map(bytemuck::pod_read_unaligned).collect();
+        let fits = header.pixels == pixels && header.channels == channels && payload.len().is_multiple_of(size);
+        let tree = fits
+            .then(|| BlockTree::from_parts(pixels, channels, header.samples, nodes, header.located))
+            .flatten()
+            .ok_or_else(|| Error::damaged(&path, "its arrays do not fit its header"))?;
+        let field = tree.fold().iter().map(|m| m.mean).collect();
+        Ok(Some(Estimate { field, abscissa: tree.samples(), moments: Some(tree), seconds: header.seconds }))
+    }
+
+    fn check(&self, path: &Path, header: &Header, samples: u64) -> Result<()> {
+        if header.identity != self.identity || header.samples != samples {
+            return Err(Error::damaged(path, "it belongs to another run"));
+        }
+        Ok(())
+    }
+}
+
+fn floats(payload: &[u8]) -> Vec<f64> {
+    payload.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("8 bytes"))).collect()
+}
+
+fn write(path: &Path, header: &Header, payload: &[u8]) -> Result<()> {
+    let text = serde_json::to_vec(header).expect("plain data");
+    let mut bytes = Vec::with_capacity(20 + text.len() + payload.len() + CHECKSUM);
+    bytes.extend_from_slice(MAGIC);
+    bytes.extend_from_slice(&VERSION.to_le_bytes());
+    bytes.extend_from_slice(&(text.len() as u64).to_le_bytes());
+    bytes.extend_from_slice(&text);
+    bytes.extend_from_slice(payload);
+    let checksum = blake3::hash(&bytes);
+    bytes.extend_from_slice(checksum.as_bytes());
+    crate::record::write_atomically(path, &bytes)
+}
+
+/// Header and payload of a file whose checksum holds; `None` if the file does not exist.
+fn read(path: &Path) -> Result<Option<(Header, Vec<u8>)>> {
+    let length = match std::fs::metadata(path) {
+        Ok(m) => m.len(),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(Error::io(path, e)),
+    };
+    if length > LARGEST {
+        return Err(Error::damaged(path, format!("{length} bytes; cells are smaller than {LARGEST}")));
+    }
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    parse(&bytes).map(Some).map_err(|message| Error::damaged(path, message))
+}
+
+/// The inverse of `write`, on bytes.
+fn parse(bytes: &[u8]) -> std::result::Result<(Header, Vec<u8>), String> {
+    let body = bytes.len().checked_sub(CHECKSUM).filter(|&n| n >= 20).ok_or("too short for a cell file")?;
+    let (body, checksum) = bytes.split_at(body);
+    if &body[..8] != MAGIC {
+        return Err("not a cell file (wrong first bytes)".into());
+    }
+    let version = u32::from_le_bytes(body[8..12].try_into().expect("4 bytes"));
+    if version != VERSION {
+        return Err(format!("cell format {version}; this version reads {VERSION}"));
+    }
+    if blake3::hash(body).as_bytes() != checksum {
+        return Err("checksum does not hold: the file is damaged".into());
+    }
+    let length = u64::from_le_bytes(body[12..20].try_into().expect("8 bytes"));
+    let rest = &body[20..];
+    let text = usize::try_from(length).ok().and_then(|n| rest.get(..n)).ok_or("header longer than the file")?;
+    let header = serde_json::from_slice(text).map_err(|e| format!("header: {e}"))?;
+    Ok((header, rest[text.len()..].to_vec()))
+}

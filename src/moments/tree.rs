@@ -1,0 +1,174 @@
+//! Moments of a whole field, merged along an aligned binary tree over blocks of samples.
+//!
+//! Leaves are blocks of [`BLOCK`] consecutive sample indices; node k of level l covers blocks k·2ˡ … (k+1)·2ˡ−1. Which
+//! numbers are merged with which therefore depends on sample indices alone: threads, tiles, shards and interruptions
+//! leave no trace in the bits.
+
+use super::Moments;
+use rayon::prelude::*;
+
+/// Samples per leaf.
+pub const BLOCK: u64 = 64;
+
+/// How many non-finite samples are located.
+const LOCATED: usize = 16;
+
+/// Moments of the first `samples` samples of every value of a field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlockTree {
+    channels: usize,
+    samples: u64,
+    /// Per pixel: for each node (largest level first, then the partial leaf) the moments of each channel.
+    nodes: Vec<Moments>,
+    /// (pixel, sample) of the first samples with a non-finite channel, ordered by sample, then pixel.
+    bad: Vec<(u32, u64)>,
+}
+
+/// Number of nodes that stand for `samples` samples: one per set bit of the block count, and a partial leaf.
+fn node_count(samples: u64) -> usize {
+    (samples / BLOCK).count_ones() as usize + usize::from(samples % BLOCK != 0)
+}
+
+impl BlockTree {
+    /// No samples yet.
+    pub fn new(channels: usize) -> Self {
+        assert!(channels > 0, "a value has channels");
+        Self { channels, samples: 0, nodes: Vec::new(), bad: Vec::new() }
+    }
+
+    /// Rebuilds a tree from stored parts; `None` if they don't fit together.
+    pub fn from_parts(
+        pixels: usize,
+        channels: usize,
+        samples: u64,
+        nodes: Vec<Moments>,
+        bad: Vec<(u32, u64)>,
+    ) -> Option<Self> {
+        (channels > 0 && nodes.len() == pixels * channels * node_count(samples)).then_some(Self {
+            channels,
+            samples,
+            nodes,
+            bad,
+        })
+    }
+
+    /// Samples per value so far.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// The stored nodes, per pixel, node, channel.
+    pub fn nodes(&self) -> &[Moments] {
+        &self.nodes
+    }
+
+    /// (pixel, sample) of at most the first sixteen samples that had a non-finite channel.
+    pub fn non_finite(&self) -> &[(u32, u64)] {
+        &self.bad
+    }
+
+    /// Adds samples `self.samples() .. to` of every pixel, in parallel over pixels.
+    ///
+    /// `draw(pixel, samples, out)` must fill `out[(i·channels) ..]` with the channels of sample `samples.start + i`; it is
+    /// called with at most [`BLOCK`] samples of one block at a time.
+    pub fn extend<F>(&self, pixels: usize, to: u64, draw: F) -> Self
+    where
+        F: Fn(u32, std::ops::Range<u64>, &mut [f64]) + Sync,
+    {
+        assert!(to > self.samples, "a tree only grows");
+        let c = self.channels;
+        let (old, new) = (node_count(self.samples) * c, node_count(to) * c);
+        let mut nodes = vec![Moments::default(); pixels * new];
+        let mut bad: Vec<(u32, u64)> = nodes
+            .par_chunks_mut(new)
+            .enumerate()
+            .map(|(pixel, out)| {
+                let mut stack =
+                    Stack { channels: c, samples: self.samples, nodes: self.nodes[pixel * old..][..old].to_vec() };
+                let mut bad = Vec::new();
+                let mut buffer = vec![0.0; BLOCK as usize * c];
+                while stack.samples < to {
+                    let block_end = (stack.samples / BLOCK + 1) * BLOCK;
+                    let range = stack.samples..block_end.min(to);
+                    let values = &mut buffer[..(range.end - range.start) as usize * c];
+                    draw(pixel as u32, range, values);
+                    stack.push(values, pixel as u32, &mut bad);
+                }
+                out.copy_from_slice(&stack.nodes);
+                bad
+            })
+            .flatten_iter()
+            .collect();
+        bad.sort_unstable_by_key(|&(pixel, sample)| (sample, pixel));
+        let mut located = self.bad.clone();
+        located.extend(bad);
+        located.truncate(LOCATED);
+        Self { channels: c, samples: to, nodes, bad: located }
+    }
+
+    /// Moments of every value (pixel-major, then channel) over all samples so far.
+    pub fn fold(&self) -> Vec<Moments> {
+        let c = self.channels;
+        let stride = node_count(self.samples) * c;
+        if stride == 0 {
+            return Vec::new();
+        }
+        self.nodes
+            .par_chunks(stride)
+            .flat_map_iter(|nodes| {
+                (0..c).map(move |k| {
+                    let mut all = *nodes[stride - c..].get(k).expect("c channels");
+                    for node in nodes[..stride - c].chunks(c).rev() {
+                        all = node[k].merge(&all);
+                    }
+                    all
+                })
+            })
+            .collect()
+    }
+}
+
+/// One pixel's nodes while samples are added: a binary counter.
+struct Stack {
+    channels: usize,
+    samples: u64,
+    nodes: Vec<Moments>,
+}
+
+impl Stack {
+    /// Adds the samples of one block's part that starts at `self.samples`.
+    fn push(&mut self, values: &[f64], pixel: u32, bad: &mut Vec<(u32, u64)>) {
+        let c = self.channels;
+        if self.samples.is_multiple_of(BLOCK) {
+            self.nodes.extend(std::iter::repeat_n(Moments::default(), c));
+        }
+        let first = self.nodes.len() - c;
+        let leaf = &mut self.nodes[first..];
+        for (i, sample) in values.chunks_exact(c).enumerate() {
+            let index = self.samples + i as u64;
+            let before: u64 = leaf.iter().map(|m| m.non_finite).sum();
+            for (m, &x) in leaf.iter_mut().zip(sample) {
+                m.push(x, index);
+            }
+            if leaf.iter().map(|m| m.non_finite).sum::<u64>() > before && bad.len() < LOCATED {
+                bad.push((pixel, index));
+            }
+        }
+        self.samples += (values.len() / c) as u64;
+        if self.samples.is_multiple_of(BLOCK) {
+            self.carry();
+        }
+    }
+
+    /// A leaf is full: merges equal neighbours, as many as the block count has trailing zeros.
+    fn carry(&mut self) {
+        let c = self.channels;
+        for _ in 0..(self.samples / BLOCK).trailing_zeros() {
+            let later = self.nodes.split_off(self.nodes.len() - c);
+            let first = self.nodes.len() - c;
+            for (earlier, later) in self.nodes[first..].iter_mut().zip(&later) {
+                *earlier = earlier.merge(later);
+            }
+        }
+    }
+}

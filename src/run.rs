@@ -1,0 +1,619 @@
+//! The one place that walks the flow: cells, then estimates at checkpoints, then statistics, verdicts, record.
+
+use crate::analysis::scene::{Analysed, Reference, Settings, Subject, analyse, compare_with_first};
+use crate::claim::Claim;
+use crate::error::{Error, Result};
+use crate::estimator::{Cell, Estimate, Estimator, Shape};
+use crate::moments::cell::{CellFolder, Checkpoint};
+use crate::moments::{BLOCK, Moments};
+use crate::record::image::{Attributes, write_exr};
+use crate::record::layers;
+use crate::record::{Dependence, FORMAT, Provenance, Record, ReferenceResult, SceneResult, StrategyResult};
+use crate::sampling::{Key, Role, Strategy};
+use crate::stats::Metric;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Everything that a run needs, resolved and checked.
+pub struct Plan<'a> {
+    /// Name of the experiment.
+    pub name: String,
+    /// The question, in the author's words.
+    pub question: Option<String>,
+    /// The experiment file, verbatim.
+    pub experiment: String,
+    /// Experiment seed.
+    pub seed: u64,
+    /// Replicates per strategy.
+    pub replicates: u32,
+    /// Values of N at which the running estimate is looked at, ascending.
+    pub checkpoints: Vec<u64>,
+    /// Metrics, the headline one first.
+    pub metrics: Vec<Metric>,
+    /// Wanted errors.
+    pub targets: Vec<f64>,
+    /// Probe pixels.
+    pub probes: Vec<[u32; 2]>,
+    /// Keep images of every checkpoint and replicate, not only the last over all replicates.
+    pub log_pixels: bool,
+    /// Scenes with their contenders.
+    pub scenes: Vec<PlannedScene<'a>>,
+    /// Claims to judge.
+    pub claims: Vec<Claim>,
+    /// What was found odd while planning.
+    pub warnings: Vec<String>,
+}
+
+/// One scene or integrand and who is measured on it.
+pub struct PlannedScene<'a> {
+    /// Name.
+    pub name: String,
+    /// Strategies, in the order of tables.
+    pub contenders: Vec<Contender<'a>>,
+    /// What errors are measured against.
+    pub reference: ReferencePlan<'a>,
+    /// Longest path, where paths are traced.
+    pub max_depth: Option<u32>,
+}
+
+/// A named estimator.
+pub struct Contender<'a> {
+    /// Name of the strategy.
+    pub name: String,
+    /// Device it runs on.
+    pub device: String,
+    /// Its axis values.
+    pub strategy: Strategy,
+    /// The estimator.
+    pub estimator: Box<dyn Estimator + 'a>,
+}
+
+/// Where the truth comes from.
+pub enum ReferencePlan<'a> {
+    /// Every value is this.
+    Exact(f64),
+    /// An image with its standard error.
+    Image {
+        /// The file.
+        path: PathBuf,
+        /// Its values and their variance.
+        reference: Reference,
+    },
+    /// To be rendered.
+    Rendered {
+        /// By this estimator.
+        estimator: Box<dyn Estimator + 'a>,
+        /// Its name.
+        name: String,
+        /// Samples per value and replicate.
+        spp: u64,
+        /// Replicates.
+        replicates: u32,
+    },
+}
+
+/// How to run.
+pub struct Options {
+    /// Folder that takes `<experiment>/` and `cells/`.
+    pub out: PathBuf,
+    /// Recompute everything.
+    pub fresh: bool,
+    /// No progress on stderr.
+    pub quiet: bool,
+}
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Asks the run to stop at the next checkpoint (Ctrl-C).
+pub fn interrupt() {
+    INTERRUPTED.store(true, Ordering::SeqCst);
+}
+
+/// Longest stretch of sampling between looks at the interrupt flag.
+const SLICE: Duration = Duration::from_secs(2);
+
+/// What was computed and what was found on disk.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reuse {
+    /// Checkpoints computed now.
+    pub computed: u64,
+    /// Checkpoints found from earlier runs.
+    pub reused: u64,
+}
+
+/// Runs a plan and writes its record and images (not yet the report) below `options.out`.
+pub fn run(plan: &Plan<'_>, options: &Options) -> Result<(Record, Reuse)> {
+    let mut runner = Runner::new(plan, options);
+    let folder = options.out.join(&plan.name);
+    let mut scenes = Vec::new();
+    for scene in &plan.scenes {
+        scenes.push(runner.scene(scene, &folder)?);
+    }
+    runner.bar.finish_and_clear();
+    let claims = plan.claims.iter().flat_map(|c| c.judge(&scenes)).collect();
+    let mut warnings = plan.warnings.clone();
+    warnings.append(&mut runner.warnings);
+    let record = Record {
+        format: FORMAT,
+        name: plan.name.clone(),
+        question: plan.question.clone(),
+        experiment: plan.experiment.clone(),
+        provenance: Provenance {
+            version: env!("CARGO_PKG_VERSION").into(),
+            machine: machine(),
+            threads: rayon::current_num_threads(),
+            seed: plan.seed,
+            sampling_seconds: scenes.iter().map(sampling_seconds).sum(),
+        },
+        metrics: plan.metrics.iter().map(|m| m.info()).collect(),
+        scenes,
+        claims,
+        warnings,
+    };
+    record.save(&folder)?;
+    Ok((record, runner.reuse))
+}
+
+/// Measures one estimator of a known integral, in a temporary folder: the harness on one page.
+///
+/// Powers of two up to `samples` per value, `replicates` replicates, relMSE against `exact`.
+pub fn quick(name: &str, estimator: &dyn Estimator, exact: f64, samples: u64, replicates: u32) -> Result<Record> {
+    let folder = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
+    let contender = Contender {
+        name: name.into(),
+        device: "cpu".into(),
+        strategy: crate::sampling::strategy::Preset::Uniform.strategy(),
+        estimator: Box::new(Borrowed(estimator)),
+    };
+    let plan = Plan {
+        name: name.into(),
+        question: None,
+        experiment: String::new(),
+        seed: 1,
+        replicates,
+        checkpoints: powers_of_two(samples),
+        metrics: vec![Metric::RelMse],
+        targets: vec![0.01],
+        probes: Vec::new(),
+        log_pixels: false,
+        scenes: vec![PlannedScene {
+            name: name.into(),
+            contenders: vec![contender],
+            reference: ReferencePlan::Exact(exact),
+            max_depth: None,
+        }],
+        claims: Vec::new(),
+        warnings: Vec::new(),
+    };
+    let options = Options { out: folder.path().to_owned(), fresh: true, quiet: true };
+    run(&plan, &options).map(|(record, _)| record)
+}
+
+/// Powers of two up to `last`, and `last` itself.
+pub fn powers_of_two(last: u64) -> Vec<u64> {
+    let mut n: Vec<u64> = (0..64).map(|k| 1 << k).take_while(|&n| n <= last).collect();
+    if n.last() != Some(&last) {
+        n.push(last);
+    }
+    n
+}
+
+/// An estimator that somebody else owns.
+struct Borrowed<'a>(&'a dyn Estimator);
+
+impl Estimator for Borrowed<'_> {
+    fn shape(&self) -> crate::estimator::Shape {
+        self.0.shape()
+    }
+    fn identity(&self) -> String {
+        self.0.identity()
+    }
+    fn dependence(&self) -> crate::record::Dependence {
+        self.0.dependence()
+    }
+    fn progressive(&self) -> bool {
+        self.0.progressive()
+    }
+    fn abscissa(&self) -> &'static str {
+        self.0.abscissa()
+    }
+    fn setup_seconds(&self) -> f64 {
+        self.0.setup_seconds()
+    }
+    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate> {
+        self.0.estimate(cell, checkpoint, previous)
+    }
+}
+
+/// One replicate of one estimator, being sampled: the estimate so far and where it is kept.
+struct Track<'a> {
+    estimator: &'a dyn Estimator,
+    /// The estimator's identity, role, seed and replicate as text.
+    identity: String,
+    key: Key,
+    current: Option<Estimate>,
+}
+
+struct Runner<'a> {
+    plan: &'a Plan<'a>,
+    cells: PathBuf,
+    fresh: bool,
+    reuse: Reuse,
+    warnings: Vec<String>,
+    bar: ProgressBar,
+}
+
+impl<'a> Runner<'a> {
+    fn new(plan: &'a Plan<'a>, options: &Options) -> Self {
+        let bar = progress_bar(plan.scenes.iter().map(|s| work(plan, s)).sum(), options.quiet);
+        Self {
+            plan,
+            cells: options.out.join("cells"),
+            fresh: options.fresh,
+            reuse: Reuse::default(),
+            warnings: Vec::new(),
+            bar,
+        }
+    }
+
+    fn scene(&mut self, scene: &PlannedScene<'_>, folder: &Path) -> Result<SceneResult> {
+        let shape = scene.contenders[0].estimator.shape();
+        let (reference, described) = self.reference(scene, folder)?;
+        self.sample(scene)?;
+        let settings = Settings {
+            shape,
+            metrics: &self.plan.metrics,
+            targets: &self.plan.targets,
+            probes: &self.plan.probes,
+            checkpoints: &self.plan.checkpoints,
+            replicates: self.plan.replicates,
+        };
+        let mut analysed = Vec::new();
+        for contender in &scene.contenders {
+            self.bar.set_message(format!("{} · analysing", scene.name));
+            analysed.push(self.analyse(contender, &settings, &reference)?);
+        }
+        compare_with_first(&mut analysed);
+        for (a, contender) in analysed.iter_mut().zip(&scene.contenders) {
+            self.images(a, contender, scene, folder)?;
+        }
+        let strategies: Vec<StrategyResult> = analysed.into_iter().map(|a| a.result).collect();
+        self.warn_of(&scene.name, &strategies);
+        Ok(SceneResult {
+            name: scene.name.clone(),
+            shape: [shape.width, shape.height, shape.channels],
+            abscissa: scene.contenders[0].estimator.abscissa().into(),
+            max_depth: scene.max_depth,
+            reference: described,
+            targets: self.plan.targets.clone(),
+            strategies,
+        })
+    }
+
+    /// Strategies take turns at every checkpoint of a replicate, so that drift of the machine hits all alike.
+    fn sample(&mut self, scene: &PlannedScene<'_>) -> Result<()> {
+        self.warm_up(scene)?;
+        for replicate in 0..self.plan.replicates {
+            let mut tracks: Vec<Track<'_>> =
+                scene.contenders.iter().map(|c| self.track(&*c.estimator, &c.strategy, Role::Run, replicate)).collect();
+            for &n in &self.plan.checkpoints {
+                for (track, contender) in tracks.iter_mut().zip(&scene.contenders) {
+                    self.bar.set_message(format!("{} · {}", scene.name, contender.name));
+                    self.advance(track, n)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs one sample of every strategy that has anything left to compute, and throws it away.
+    fn warm_up(&self, scene: &PlannedScene<'_>) -> Result<()> {
+        for c in &scene.contenders {
+            let track = self.track(&*c.estimator, &c.strategy, Role::Run, 0);
+            let last = *self.plan.checkpoints.last().expect("a plan has checkpoints");
+            if self.fresh || !self.folder(&track, last).has(last) {
+                c.estimator.estimate(&Cell { key: track.key, length: 1 }, 1, None)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn track<'e>(&self, estimator: &'e dyn Estimator, strategy: &Strategy, role: Role, replicate: u32) -> Track<'e> {
+        let seed = self.plan.seed;
+        let identity = format!(
+            "rootn {} · {} · seed {seed} · {} · replicate {replicate}",
+            env!("CARGO_PKG_VERSION"),
+            estimator.identity(),
+            role.name()
+        );
+        Track { estimator, identity, key: Key::new(seed, role, &strategy.identity(), replicate), current: None }
+    }
+
+    /// Where the estimate at `n` of a track is kept. Sequences that are not progressive have a cell per N.
+    fn folder(&self, track: &Track<'_>, n: u64) -> CellFolder {
+        let identity = match track.estimator.progressive() {
+            true => track.identity.clone(),
+            false => format!("{} · length {n}", track.identity),
+        };
+        CellFolder::new(&self.cells, identity)
+    }
+
+    /// The checkpoint `n` of a track: from disk, or sampled now and kept.
+    fn advance(&mut self, track: &mut Track<'_>, n: u64) -> Result<Checkpoint> {
+        let folder = self.folder(track, n);
+        let shape = track.estimator.shape();
+        let samples = (n - if track.estimator.progressive() { self.previous(n) } else { 0 }) * shape.pixels() as u64;
+        if self.fresh && track.current.is_none() {
+            folder.remove()?;
+        }
+        match folder.load_checkpoint(n, shape.values()) {
+            Ok(Some(found)) => {
+                self.reuse.reused += 1;
+                self.bar.set_length(self.bar.length().unwrap_or(0).saturating_sub(samples));
+                return Ok(found);
+            }
+            Err(e @ Error::Damaged { .. }) => self.warn_damaged(&e),
+            Err(e) => return Err(e),
+            Ok(None) => {}
+        }
+        let current = self.resume(track, &folder, n)?;
+        let cell = Cell { key: track.key, length: n };
+        let (estimate, interrupted) = sample(track.estimator, &cell, n, current, &self.bar)?;
+        if interrupted && estimate.abscissa < n {
+            folder.save_state(&estimate, shape.pixels(), shape.channels)?;
+            return Err(Error::Interrupted);
+        }
+        let checkpoint = Checkpoint::of(&estimate);
+        folder.save_checkpoint(n, &checkpoint)?;
+        self.reuse.computed += 1;
+        if track.estimator.progressive() {
+            folder.save_state(&estimate, shape.pixels(), shape.channels)?;
+            track.current = Some(estimate);
+        }
+        if interrupted {
+            return Err(Error::Interrupted);
+        }
+        Ok(checkpoint)
+    }
+
+    /// The checkpoint before `n`, or 0.
+    fn previous(&self, n: u64) -> u64 {
+        self.plan.checkpoints.iter().copied().take_while(|&c| c < n).last().unwrap_or(0)
+    }
+
+    /// The estimate to continue from: the track's own, or the state on disk, where it does not lie beyond `n`.
+    fn resume(&mut self, track: &mut Track<'_>, folder: &CellFolder, n: u64) -> Result<Option<Estimate>> {
+        if let Some(current) = track.current.take().filter(|_| track.estimator.progressive()) {
+            return Ok(Some(current));
+        }
+        let shape = track.estimator.shape();
+        match folder.load_state(shape.pixels(), shape.channels) {
+            Ok(state) => Ok(state.filter(|e| e.abscissa <= n)),
+            Err(e @ Error::Damaged { .. }) => {
+                self.warn_damaged(&e);
+                Ok(None)
+            }
+            Err(e) => Err(e),
+        }
+    }
+
+    fn warn_damaged(&mut self, e: &Error) {
+        self.warnings.push(format!("recomputed a stored result: {e}"));
+    }
+}
+
+impl Runner<'_> {
+    /// The reference as numbers, and as the record describes it.
+    fn reference(&mut self, scene: &PlannedScene<'_>, folder: &Path) -> Result<(Reference, ReferenceResult)> {
+        let shape = scene.contenders[0].estimator.shape();
+        let (reference, description, seconds) = match &scene.reference {
+            ReferencePlan::Exact(value) => {
+                let mean = vec![*value; shape.values()];
+                (Reference { variance: vec![0.0; mean.len()], mean }, format!("exact value {value}"), None)
+            }
+            ReferencePlan::Image { path, reference } => (reference.clone(), format!("image {}", path.display()), None),
+            ReferencePlan::Rendered { estimator, name, spp, replicates } => {
+                let (reference, seconds) = self.render_reference(scene, &**estimator, *spp, *replicates)?;
+                (reference, format!("{name}: {replicates} replicates of {spp} {}", estimator.abscissa()), Some(seconds))
+            }
+        };
+        let n = reference.mean.len() as f64;
+        let share = self.plan.metrics[0].reference_share(&reference.mean, &reference.variance);
+        let image = match shape.channels {
+            3 => Some(reference_image(&reference, &scene.name, shape, folder)?),
+            _ => None,
+        };
+        let described = ReferenceResult {
+            description,
+            mean: reference.mean.iter().sum::<f64>() / n,
+            variance: share,
+            seconds,
+            image,
+        };
+        Ok((reference, described))
+    }
+
+    /// Mean and variance of the mean over independent replicates.
+    fn render_reference(
+        &mut self,
+        scene: &PlannedScene<'_>,
+        estimator: &dyn Estimator,
+        spp: u64,
+        replicates: u32,
+    ) -> Result<(Reference, f64)> {
+        let strategy = crate::sampling::strategy::Preset::Sobol.strategy();
+        let mut moments = vec![Moments::default(); estimator.shape().values()];
+        let mut seconds = 0.0;
+        for replicate in 0..replicates {
+            self.bar.set_message(format!("{} · reference", scene.name));
+            let mut track = self.track(estimator, &strategy, Role::Reference, replicate);
+            let found = self.advance(&mut track, spp)?;
+            for (m, &x) in moments.iter_mut().zip(&found.mean) {
+                m.push(x, u64::from(replicate));
+            }
+            seconds += found.seconds;
+        }
+        let r = f64::from(replicates);
+        let variance = moments.iter().map(|m| m.sample_variance().unwrap_or(f64::NAN) / r).collect();
+        Ok((Reference { mean: moments.iter().map(|m| m.mean).collect(), variance }, seconds))
+    }
+
+    fn analyse(&mut self, c: &Contender<'_>, settings: &Settings<'_>, reference: &Reference) -> Result<Analysed> {
+        let subject = Subject {
+            name: c.name.clone(),
+            device: c.device.clone(),
+            strategy: c.strategy,
+            dependence: c.estimator.dependence(),
+            setup_seconds: c.estimator.setup_seconds(),
+        };
+        analyse(subject, settings, reference, |replicate, n| self.stored(c, replicate, n))
+    }
+
+    /// A checkpoint that sampling has left on disk.
+    fn stored(&self, c: &Contender<'_>, replicate: u32, n: u64) -> Result<Checkpoint> {
+        let track = self.track(&*c.estimator, &c.strategy, Role::Run, replicate);
+        let folder = self.folder(&track, n);
+        let found = folder.load_checkpoint(n, c.estimator.shape().values())?;
+        found.ok_or_else(|| Error::damaged(&self.cells, format!("the cell of {} at N = {n} has vanished", c.name)))
+    }
+
+    /// Writes the final image over all replicates, and with `log = "pixels"` those of every checkpoint and replicate.
+    fn images(&self, a: &mut Analysed, c: &Contender<'_>, scene: &PlannedScene<'_>, folder: &Path) -> Result<()> {
+        let shape = c.estimator.shape();
+        if shape.channels != 3 {
+            return Ok(());
+        }
+        let relative = format!("images/{}/{}", file_name(&scene.name), file_name(&c.name));
+        let last = *self.plan.checkpoints.last().expect("a plan has checkpoints");
+        let hash = |n| self.folder(&self.track(&*c.estimator, &c.strategy, Role::Run, 0), n).hash();
+        let about = |n: u64, replicates: u64, seconds: f64| Attributes {
+            samples_per_pixel: n * replicates,
+            render_time_seconds: seconds,
+            seed: self.plan.seed,
+            strategy: c.name.clone(),
+            cell_hash: hash(n),
+        };
+        let all = format!("{relative}/all-{last}.exr");
+        let seconds = a.result.checkpoints.last().map_or(0.0, |k| k.seconds.iter().sum());
+        let replicates = u64::from(self.plan.replicates);
+        let layers = layers::statistics(shape, &a.mean, &a.sample_variance, &a.std_error, last * replicates);
+        write_exr(&folder.join(&all), &layers, &about(last, replicates, seconds))?;
+        a.result.image = Some(all);
+        if self.plan.log_pixels {
+            for &n in &self.plan.checkpoints {
+                for replicate in 0..self.plan.replicates {
+                    let k = self.stored(c, replicate, n)?;
+                    let std_error: Vec<f64> = match c.estimator.dependence() {
+                        Dependence::Independent => k.variance.iter().map(|v| (v / n as f64).sqrt()).collect(),
+                        _ => Vec::new(),
+                    };
+                    let layers = layers::statistics(shape, &k.mean, &k.variance, &std_error, n);
+                    let path = folder.join(format!("{relative}/{replicate}-{n}.exr"));
+                    write_exr(&path, &layers, &about(n, 1, k.seconds))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn warn_of(&mut self, scene: &str, strategies: &[StrategyResult]) {
+        for s in strategies.iter().filter(|s| s.non_finite.count > 0) {
+            let (replicate, pixel, sample) = s.non_finite.first.first().copied().unwrap_or_default();
+            self.warnings.push(format!(
+                "{scene}, {}: {} non-finite samples, kept out of the mean (the estimate is not to be trusted); first in \
+                 replicate {replicate}, pixel {pixel}, sample {sample}: see `rootn replay`",
+                s.name, s.non_finite.count
+            ));
+        }
+    }
+}
+
+/// A name that is safe as one part of a path.
+fn file_name(name: &str) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
+    let name: String = name.chars().map(safe).collect();
+    if name.trim_matches('.').is_empty() { "unnamed".into() } else { name }
+}
+
+/// Writes the reference as an image and returns its path relative to the folder.
+fn reference_image(reference: &Reference, scene: &str, shape: Shape, folder: &Path) -> Result<String> {
+    let relative = format!("images/{}/reference.exr", file_name(scene));
+    let std_error: Vec<f64> = reference.variance.iter().map(|v| v.sqrt()).collect();
+    let layers = layers::statistics(shape, &reference.mean, &[], &std_error, 0);
+    write_exr(&folder.join(&relative), &layers, &Attributes::default())?;
+    Ok(relative)
+}
+
+/// Samples a cell up to `n` per value, or until interrupted (second part of the result): a slice of about [`SLICE`] at a time.
+pub fn sample(
+    estimator: &dyn Estimator,
+    cell: &Cell,
+    n: u64,
+    mut current: Option<Estimate>,
+    bar: &ProgressBar,
+) -> Result<(Estimate, bool)> {
+    let pixels = estimator.shape().pixels() as u64;
+    loop {
+        let before = current.as_ref().map_or(0, |e| e.abscissa);
+        let estimate = estimator.estimate(cell, next_step(current.as_ref(), n), current.take())?;
+        bar.inc((estimate.abscissa - before) * pixels);
+        let interrupted = INTERRUPTED.load(Ordering::SeqCst);
+        if interrupted || estimate.abscissa >= n {
+            return Ok((estimate, interrupted));
+        }
+        current = Some(estimate);
+    }
+}
+
+/// A bar on stderr with rate and time left; hidden where stderr is no terminal, or on request.
+pub fn progress_bar(samples: u64, quiet: bool) -> ProgressBar {
+    let bar = ProgressBar::new(samples);
+    if quiet {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
+    let style = "{spinner} {msg:32} {bar:30} {percent:>3} %  {per_sec} samples/s  {eta} left";
+    bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// The next N to sample to: at most about [`SLICE`] ahead at the speed so far, in whole blocks.
+fn next_step(current: Option<&Estimate>, n: u64) -> u64 {
+    let done = current.map_or(0, |e| e.abscissa);
+    let ahead = match current {
+        Some(e) if e.seconds > 0.0 && e.abscissa > 0 => (SLICE.as_secs_f64() * e.abscissa as f64 / e.seconds) as u64,
+        _ => BLOCK,
+    };
+    n.min((done + ahead.max(1)).next_multiple_of(BLOCK))
+}
+
+/// Samples that a scene will take, over all strategies, replicates and its reference.
+fn work(plan: &Plan<'_>, scene: &PlannedScene<'_>) -> u64 {
+    let last = *plan.checkpoints.last().expect("a plan has checkpoints");
+    let run = |c: &Contender<'_>| {
+        let samples = if c.estimator.progressive() { last } else { plan.checkpoints.iter().sum() };
+        samples * c.estimator.shape().pixels() as u64 * u64::from(plan.replicates)
+    };
+    let reference = match &scene.reference {
+        ReferencePlan::Rendered { estimator, spp, replicates, .. } => {
+            spp * estimator.shape().pixels() as u64 * u64::from(*replicates)
+        }
+        _ => 0,
+    };
+    scene.contenders.iter().map(run).sum::<u64>() + reference
+}
+
+/// Seconds of sampling that went into a scene's results.
+fn sampling_seconds(scene: &SceneResult) -> f64 {
+    let last = |s: &StrategyResult| s.checkpoints.last().map_or(0.0, |c| c.seconds.iter().sum());
+    scene.strategies.iter().map(last).sum::<f64>() + scene.reference.seconds.unwrap_or(0.0)
+}
+
+/// Processor, operating system, architecture.
+fn machine() -> String {
+    let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpuinfo.lines().find_map(|l| l.strip_prefix("model name")?.split(": ").nth(1)).unwrap_or("processor");
+    format!("{model}, {} {}", std::env::consts::OS, std::env::consts::ARCH)
+}
