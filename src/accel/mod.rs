@@ -2,6 +2,15 @@
 
 pub mod brute;
 pub mod bvh;
+mod primitives;
+mod quadric;
+pub mod simd;
+mod slab;
+pub mod surface;
+mod tree;
+mod triangle;
+
+pub use surface::{Endpoint, leave, segment};
 
 use crate::math::Vec3;
 

@@ -1,1 +1,42 @@
-//! Floating-point helpers with stated error bounds.
+//! Floating-point helpers with stated error bounds (pbrt 4th ed. §6.8).
+
+use glam::Vec3;
+
+/// Unit roundoff of f32: one rounding errs by at most this, relatively.
+pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
+
+/// γ(n) = n·u/(1−n·u): bound on the relative error of n roundings in a row (Higham 2002, §3.1).
+#[inline(always)]
+pub const fn gamma(n: u32) -> f32 {
+    let nu = n as f32 * UNIT_ROUNDOFF;
+    nu / (1.0 - nu)
+}
+
+/// a·b − c·d with an error of 1 ulp of a·b, c·d's own rounding (the products are exact in f64).
+#[inline(always)]
+pub fn difference_of_products(a: f32, b: f32, c: f32, d: f32) -> f32 {
+    (f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d)) as f32
+}
+
+/// Moves `p` off the surface that it lies on, to the side that `direction` points to, by so much that every point within
+/// `p_error` of `p` on the plane through it with normal `n` is left strictly behind (pbrt 4th ed. §6.8.6).
+/// A zero `n` leaves `p` where it is (a point light, a camera).
+#[inline(always)]
+pub fn offset_origin(p: Vec3, p_error: Vec3, n: Vec3, direction: Vec3) -> Vec3 {
+    // MIN_POSITIVE: a point on a plane through zero may have no error at all and must still leave the plane.
+    let distance = n.abs().dot(p_error) + f32::MIN_POSITIVE;
+    let side = if n.dot(direction) < 0.0 { -1.0 } else { 1.0 };
+    let away = n * side;
+    let step = |p: f32, away: f32| {
+        let moved = p + away * distance;
+        // Round away from the surface, never back onto it.
+        if away > 0.0 {
+            moved.next_up()
+        } else if away < 0.0 {
+            moved.next_down()
+        } else {
+            moved
+        }
+    };
+    Vec3::new(step(p.x, away.x), step(p.y, away.y), step(p.z, away.z))
+}
