@@ -4,6 +4,8 @@ pub mod density;
 pub mod frame;
 pub mod rgb;
 pub mod robust;
+pub mod spherical;
+pub mod trig;
 pub mod warp;
 
 pub use frame::Frame;

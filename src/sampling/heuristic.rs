@@ -1,1 +1,29 @@
 //! Multiple importance sampling weights in overflow-safe ratio form.
+//!
+//! Source: Veach, "Robust Monte Carlo methods for light transport simulation", 1997, §9.2.
+
+use super::strategy::Heuristic;
+
+/// Share of the largest density below which [`Heuristic::Cutoff`] counts a density as 0.
+const CUTOFF: f32 = 0.1;
+
+impl Heuristic {
+    /// Weight of a sample that was drawn with density `p` and could have been drawn with density `q` by the other technique
+    /// (same measure). In \[0, 1\] for all p, q in \[0, ∞\]; `w(p, q) + w(q, p)` = 1 up to rounding, except for
+    /// [`Heuristic::None`], whose weight is 1: there the caller makes sure that only one technique reaches a path.
+    #[inline(always)]
+    pub fn weight(self, p: f32, q: f32) -> f32 {
+        // Equal densities first: 0/0 and ∞/∞ have no ratio.
+        let r = if p == q { 1.0 } else { q / p };
+        match self {
+            Self::None => 1.0,
+            Self::Balance => 1.0 / (1.0 + r),
+            Self::Power => 1.0 / (1.0 + r * r),
+            Self::Cutoff if p < CUTOFF * q => 0.0,
+            Self::Cutoff if q < CUTOFF * p => 1.0,
+            Self::Cutoff => 1.0 / (1.0 + r),
+            Self::Maximum if p == q => 0.5,
+            Self::Maximum => f32::from(u8::from(p > q)),
+        }
+    }
+}

@@ -61,3 +61,10 @@ pub fn philox4x32(mut c: [u32; 4], key: Key) -> [u32; 4] {
 pub fn unit_f32(word: u32) -> f32 {
     (word >> 8) as f32 * (1.0 / 16_777_216.0)
 }
+
+/// The float in the open interval (0, 1) that stands for two words in f64 integrands, `hi` leading: odd multiples of 2⁻⁵³.
+#[inline(always)]
+pub fn unit_f64(hi: u32, lo: u32) -> f64 {
+    let bits = (u64::from(hi) << 20) | u64::from(lo >> 12);
+    (2 * bits + 1) as f64 * (1.0 / 9_007_199_254_740_992.0)
+}

@@ -1,6 +1,7 @@
 //! A scene as flat arrays, ready for upload, and the checks that make it safe to trace.
 
 pub mod camera;
+mod filter;
 pub mod format;
 pub mod light;
 pub mod material;

@@ -1,6 +1,15 @@
 //! How the samples of one value are spread over the unit cube: one file per sequence.
 
-use super::rng::Key;
+mod independent;
+mod latin_hypercube;
+mod permutation;
+mod sobol;
+mod stratified;
+
+pub use permutation::permute;
+pub use sobol::sobol;
+
+use super::rng::{Key, philox4x32};
 
 /// A sequence: how sample points of one value relate to one another.
 #[derive(
@@ -32,4 +41,51 @@ pub struct Draw {
     pub length: u64,
     /// The sequence.
     pub sequence: Sequence,
+}
+
+impl Draw {
+    /// The four words of a group ([`super::dimension::group`], < 2³¹): each uniform on its own, together as the sequence says.
+    #[inline(always)]
+    pub fn words(&self, group: u32) -> [u32; 4] {
+        match self.sequence {
+            Sequence::Independent => independent::words(self, group),
+            Sequence::Stratified => stratified::words(self, group),
+            Sequence::LatinHypercube => latin_hypercube::words(self, group),
+            Sequence::Sobol => sobol::words(self, group),
+        }
+    }
+
+    /// Four words that all samples of a block share: seeds of permutations and scrambles. The top bit of the last counter word
+    /// keeps them apart from the words of independent samples.
+    #[inline(always)]
+    fn seeds(&self, block: u64, group: u32) -> [u32; 4] {
+        philox4x32([self.pixel, block as u32, (block >> 32) as u32, group | 1 << 31], self.key)
+    }
+
+    /// (block, index within it, samples per block). A block is the whole run; runs that 32 bits cannot number, and samples
+    /// beyond the announced length, get further blocks with strata of their own.
+    #[inline(always)]
+    fn strata(&self) -> (u64, u32, u32) {
+        let length = if self.length > u64::from(u32::MAX) { 1 << 31 } else { self.length.max(1) };
+        let (block, index) =
+            if self.sample < length { (0, self.sample) } else { (self.sample / length, self.sample % length) };
+        (block, index as u32, length as u32)
+    }
+}
+
+/// The word at `jitter`·2⁻³² of the way through stratum `stratum` of `strata` equal ones; never outside of it.
+#[inline(always)]
+fn jittered(stratum: u32, strata: u32, jitter: u32) -> u32 {
+    span(stratum, stratum + 1, strata, jitter)
+}
+
+/// The word at `jitter`·2⁻³² of the way from `from/of` to `to/of`; never outside.
+#[inline(always)]
+fn span(from: u32, to: u32, of: u32, jitter: u32) -> u32 {
+    let start = u64::from(from) << 32;
+    let position = start + u64::from(to - from) * u64::from(jitter);
+    let of = u64::from(of);
+    let word = if of.is_power_of_two() { position >> of.trailing_zeros() } else { position / of };
+    // Rounding down must not cross the lower edge.
+    (word + u64::from(word * of < start)) as u32
 }

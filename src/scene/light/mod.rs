@@ -1,5 +1,14 @@
 //! Light sources: one file per kind.
 
+mod area;
+mod choice;
+mod constant;
+mod point;
+
+pub use area::{LightPoint, emitted};
+pub use choice::{LightSample, LightSampler, LightTarget};
+pub use constant::environment;
+
 use crate::math::{Rgb, Vec3};
 
 /// A light source.

@@ -1,0 +1,93 @@
+//! Owen-scrambled Sobol points, padded in groups of four dimensions.
+//!
+//! Sources: Burley, "Practical hash-based Owen scrambling", JCGT 9(4), 2020 (padding, shuffling); Joe, Kuo, "Constructing Sobol
+//! sequences with better two-dimensional projections", 2008 (primitive polynomials and first direction numbers); Vegdahl,
+//! "Building a better LK hash", 2021 (the scrambling hash).
+
+use super::Draw;
+
+/// Recurrences of dimensions 1 to 3 (dimension 0 is van der Corput's): degree, inner coefficients of the primitive polynomial,
+/// first direction numbers.
+const RECURRENCES: [(usize, u32, [u32; 3]); 3] = [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
+
+/// The 32 direction numbers of dimension 1, 2 or 3, as fractions of 2³².
+const fn directions(dimension: usize) -> [u32; 32] {
+    let (degree, inner, first) = RECURRENCES[dimension - 1];
+    let mut v = [0u32; 32];
+    let mut i = 0;
+    while i < 32 {
+        v[i] = if i < degree {
+            first[i] << (31 - i)
+        } else {
+            let mut x = v[i - degree] ^ (v[i - degree] >> degree);
+            let mut k = 1;
+            while k < degree {
+                if (inner >> (degree - 1 - k)) & 1 == 1 {
+                    x ^= v[i - k];
+                }
+                k += 1;
+            }
+            x
+        };
+        i += 1;
+    }
+    v
+}
+
+/// For each byte of the index and each value of it: what dimensions 2 and 3 get, with reversed bits.
+static TABLE: [[[u32; 2]; 256]; 4] = table();
+
+const fn table() -> [[[u32; 2]; 256]; 4] {
+    let v = [directions(2), directions(3)];
+    let mut t = [[[0u32; 2]; 256]; 4];
+    let mut i = 0;
+    while i < 4 * 256 * 8 {
+        let (byte, value, bit) = (i >> 11, (i >> 3) & 255, i & 7);
+        if (value >> bit) & 1 == 1 {
+            t[byte][value][0] ^= v[0][8 * byte + bit].reverse_bits();
+            t[byte][value][1] ^= v[1][8 * byte + bit].reverse_bits();
+        }
+        i += 1;
+    }
+    t
+}
+
+/// Point `index` of the unscrambled sequence with reversed bits: bit 0 is the first binary digit after the point.
+#[inline(always)]
+fn sobol_reversed(index: u32) -> [u32; 4] {
+    // Dimension 1 has the matrix of binomial coefficients mod 2, a Kronecker power: five butterflies.
+    let mut p = index;
+    p ^= (p & 0xAAAA_AAAA) >> 1;
+    p ^= (p & 0xCCCC_CCCC) >> 2;
+    p ^= (p & 0xF0F0_F0F0) >> 4;
+    p ^= (p & 0xFF00_FF00) >> 8;
+    p ^= (p & 0xFFFF_0000) >> 16;
+    let [b0, b1, b2, b3] = index.to_le_bytes().map(usize::from);
+    let (t0, t1, t2, t3) = (TABLE[0][b0], TABLE[1][b1], TABLE[2][b2], TABLE[3][b3]);
+    [index, p, t0[0] ^ t1[0] ^ t2[0] ^ t3[0], t0[1] ^ t1[1] ^ t2[1] ^ t3[1]]
+}
+
+/// Point `index` of the unscrambled four-dimensional Sobol sequence, as fractions of 2³².
+pub fn sobol(index: u32) -> [u32; 4] {
+    sobol_reversed(index).map(u32::reverse_bits)
+}
+
+/// Owen scrambling of a word with reversed bits: bit i changes by a hash of the bits below it.
+#[inline(always)]
+fn owen_reversed(mut x: u32, seed: u32) -> u32 {
+    x ^= x.wrapping_mul(0x3D20_ADEA);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6C56);
+    x ^ x.wrapping_mul(0x53A2_2864)
+}
+
+#[inline(always)]
+pub(super) fn words(draw: &Draw, group: u32) -> [u32; 4] {
+    let seeds = draw.seeds(draw.sample >> 32, group);
+    // Any four of the five seeds are independent.
+    let shuffle = seeds[0] ^ seeds[1].rotate_left(8) ^ seeds[2].rotate_left(16) ^ seeds[3].rotate_left(24);
+    let index = owen_reversed((draw.sample as u32).reverse_bits(), shuffle).reverse_bits();
+    let x = sobol_reversed(index);
+    [0, 1, 2, 3].map(|i| owen_reversed(x[i], seeds[i]).reverse_bits())
+}

@@ -1,0 +1,190 @@
+//! Which light is sampled, and the sampler that puts choice and light together.
+
+use super::area::{Emitter, LightPoint};
+use super::{Light, constant, point};
+use crate::accel::SurfacePoint;
+use crate::math::rgb::luminance;
+use crate::math::{Rgb, Vec3};
+use crate::sampling::discrete::Discrete;
+use crate::sampling::strategy::{LightChoice, Lights};
+use crate::scene::{Geometry, Scene};
+use std::f64::consts::PI;
+
+/// Where light comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum LightTarget {
+    /// A point.
+    Point(LightPoint),
+    /// A direction, from outside the scene: the same as [`LightSample::wi`].
+    Direction,
+}
+
+/// A sample of the light that arrives at a point, its visibility unchecked.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// The other end of the shadow ray.
+    pub to: LightTarget,
+    /// Unit vector to the light.
+    pub wi: Vec3,
+    /// Radiance towards the point, W m⁻² sr⁻¹; for `delta` lights intensity over squared distance, W m⁻².
+    pub emitted: Rgb,
+    /// Density over solid angle, the choice of the light included, sr⁻¹; for `delta` lights the probability of the choice.
+    pub pdf: f32,
+    /// Whether no other technique can meet the light.
+    pub delta: bool,
+    /// Index into [`Scene::lights`] (environments: of the first).
+    pub light: u32,
+    /// Probability of the light.
+    pub choice_pdf: f32,
+}
+
+/// One outcome of the choice.
+#[derive(Clone, Debug)]
+struct Entry {
+    light: u32,
+    radiance: Rgb,
+    kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Area(Emitter),
+    /// All constant lights of the scene.
+    Environment,
+    Point(Vec3),
+}
+
+/// No entry.
+const ABSENT: u32 = u32::MAX;
+
+/// Draws points on the lights of one scene. Point lights always take part, lights with an extent unless [`Lights::None`].
+#[derive(Clone, Debug)]
+pub struct LightSampler {
+    entries: Vec<Entry>,
+    choice: Discrete,
+    /// Entry of each shape, or [`ABSENT`].
+    of_shape: Vec<u32>,
+    /// Density of any direction to the environment.
+    environment_pdf: f32,
+    solid_angle: bool,
+}
+
+impl LightSampler {
+    /// Tables for a scene. By power, the weights are luminances in W: area πAL, point 4πI, constant 4π²R²L with R = the radius
+    /// of a sphere around the scene (all the flux that enters it). Lights that cannot emit are left out.
+    pub fn new(scene: &Scene, lights: Lights, choice: LightChoice) -> Self {
+        let mut entries = Vec::new();
+        let mut weights = Vec::new();
+        let mut of_shape = vec![ABSENT; scene.shapes.len()];
+        let mut environment = None;
+        for (index, light) in (0u32..).zip(&scene.lights) {
+            let extended = lights != Lights::None;
+            let (radiance, kind, flux) = match *light {
+                Light::Point { position, intensity } => (intensity, Kind::Point(position), 4.0 * PI),
+                Light::Area { shape, radiance } if extended => {
+                    match Emitter::new(scene, &scene.shapes[shape as usize].geometry) {
+                        Some((emitter, area)) => (radiance, Kind::Area(emitter), PI * area),
+                        None => continue,
+                    }
+                }
+                Light::Constant { .. } if extended && environment.is_none() => {
+                    let radius = bounding_radius(scene);
+                    environment = Some(entries.len());
+                    (constant::environment(scene), Kind::Environment, (2.0 * PI * radius).powi(2))
+                }
+                _ => continue,
+            };
+            let weight = match choice {
+                LightChoice::Uniform => f64::from(u8::from(radiance.max_element() > 0.0)),
+                LightChoice::Power => flux * f64::from(luminance(radiance)),
+            };
+            if !(weight > 0.0 && weight.is_finite()) {
+                environment = environment.filter(|&e| e != entries.len());
+                continue;
+            }
+            if let Light::Area { shape, .. } = *light {
+                of_shape[shape as usize] = entries.len() as u32;
+            }
+            entries.push(Entry { light: index, radiance, kind });
+            weights.push(weight);
+        }
+        let choice = Discrete::new(&weights);
+        let environment_pdf = environment.map_or(0.0, |e| constant::pdf() * choice.pmf(e));
+        Self { entries, choice, of_shape, environment_pdf, solid_angle: lights == Lights::SolidAngle }
+    }
+
+    /// A sample of the light that arrives at `p`. Words 0, 1 place it on the light, 2 picks the light, 3 a part of it.
+    /// `None` where there is no light, or the drawn one shows `p` its back.
+    #[inline(always)]
+    pub fn sample(&self, scene: &Scene, p: Vec3, words: [u32; 4]) -> Option<LightSample> {
+        if self.choice.is_empty() {
+            return None;
+        }
+        let index = self.choice.pick(words[2]);
+        let Entry { light, radiance, ref kind } = self.entries[index];
+        let choice_pdf = self.choice.pmf(index);
+        let (to, wi, emitted, pdf, delta) = match kind {
+            Kind::Area(emitter) => {
+                let (at, pdf) = emitter.sample(scene, p, words, self.solid_angle)?;
+                (LightTarget::Point(at), (at.p - p).try_normalize()?, radiance, pdf.0, false)
+            }
+            Kind::Environment => (LightTarget::Direction, constant::sample(words), radiance, constant::pdf(), false),
+            &Kind::Point(position) => {
+                let (at, emitted) = point::sample(position, radiance, p)?;
+                (LightTarget::Point(at), (at.p - p).try_normalize()?, emitted, 1.0, true)
+            }
+        };
+        Some(LightSample { to, wi, emitted, pdf: pdf * choice_pdf, delta, light, choice_pdf })
+    }
+
+    /// Density over solid angle, the choice included, with which [`Self::sample`] draws the unit direction `wi` from `p` to the
+    /// point `hit` of `primitive` (as in [`crate::accel::Hit`]). 0 where it never does.
+    #[inline(always)]
+    pub fn pdf(&self, scene: &Scene, p: Vec3, wi: Vec3, hit: &SurfacePoint, primitive: u32) -> f32 {
+        let index = self.of_shape[hit.shape as usize];
+        if index == ABSENT {
+            return 0.0;
+        }
+        let Kind::Area(emitter) = &self.entries[index as usize].kind else { return 0.0 };
+        let pdf = emitter.pdf(scene, p, wi, hit, primitive, self.solid_angle);
+        pdf.map_or(0.0, |d| d.0 * self.choice.pmf(index as usize))
+    }
+
+    /// Density over solid angle, the choice included, with which [`Self::sample`] draws `wi` for the environment.
+    #[inline(always)]
+    pub fn pdf_environment(&self, _wi: Vec3) -> f32 {
+        self.environment_pdf
+    }
+
+    /// Whether there is nothing to sample.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+}
+
+/// Radius of the sphere around the box around all surfaces.
+fn bounding_radius(scene: &Scene) -> f64 {
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut add = |p: Vec3, extent: Vec3| {
+        low = low.min(p - extent.abs());
+        high = high.max(p + extent.abs());
+    };
+    for t in &scene.triangles {
+        for v in t.vertices {
+            add(scene.positions[v as usize], Vec3::ZERO);
+        }
+    }
+    for shape in &scene.shapes {
+        match shape.geometry {
+            Geometry::Mesh { .. } | Geometry::Rectangle { .. } => {}
+            Geometry::Sphere { center, radius, .. } => add(center, Vec3::splat(radius)),
+            Geometry::Disk { center, u, v } => add(center, u.abs() + v.abs()),
+            Geometry::Cylinder { p0, axis, radius, .. } => {
+                add(p0, Vec3::splat(radius));
+                add(p0 + axis, Vec3::splat(radius));
+            }
+        }
+    }
+    // Without surfaces any radius will do; nothing can be lit.
+    if low.x <= high.x { f64::from(low.distance(high)) / 2.0 } else { 1.0 }
+}

@@ -1,0 +1,33 @@
+//! Lambertian reflection: f = ρ/π on the side of `wo`, 0 on the other.
+
+use crate::math::{Rgb, Vec3, warp};
+use crate::sampling::rng::unit_f32;
+use crate::sampling::strategy::Directions;
+use std::f32::consts::FRAC_1_PI;
+
+#[inline(always)]
+pub(super) fn eval(reflectance: Rgb, wo: Vec3, wi: Vec3) -> Rgb {
+    if wo.z > 0.0 && wi.z > 0.0 { reflectance * (wi.z * FRAC_1_PI) } else { Rgb::ZERO }
+}
+
+#[inline(always)]
+pub(super) fn pdf(directions: Directions, wo: Vec3, wi: Vec3) -> f32 {
+    if !(wo.z > 0.0 && wi.z > 0.0) {
+        return 0.0;
+    }
+    match directions {
+        Directions::Uniform => warp::uniform_hemisphere_pdf(),
+        Directions::Cosine | Directions::Bsdf => warp::cosine_hemisphere_pdf(wi.z),
+    }
+}
+
+#[inline(always)]
+pub(super) fn sample(directions: Directions, wo: Vec3, words: [u32; 4]) -> Option<(Vec3, f32)> {
+    let u = [unit_f32(words[0]), unit_f32(words[1])];
+    let wi = match directions {
+        Directions::Uniform => warp::sample_uniform_hemisphere(u),
+        Directions::Cosine | Directions::Bsdf => warp::sample_cosine_hemisphere(u),
+    };
+    let pdf = pdf(directions, wo, wi);
+    (pdf > 0.0).then_some((wi, pdf))
+}
