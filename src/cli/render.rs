@@ -111,7 +111,7 @@ impl Render {
         }
         let prepared = Arc::new(self.settings.prepare(&self.scene)?);
         let strategy = self.settings.strategy(self.strategy);
-        let estimator = CpuEstimator::new(prepared, strategy)?;
+        let estimator = CpuEstimator::new(prepared, strategy);
         let key = Key::new(self.settings.seed, Role::Run, &strategy.identity(), 0);
         let bar = progress_bar(self.spp * estimator.shape().pixels() as u64, self.quiet);
         let (estimate, interrupted) = sample(&estimator, &Cell { key, length: self.spp }, self.spp, None, &bar)?;

@@ -48,7 +48,7 @@ impl Replay {
         use_threads(Some(1))?;
         let prepared = Arc::new(self.settings.prepare(&self.scene)?);
         let strategy = self.settings.strategy(self.strategy);
-        let estimator = CpuEstimator::new(prepared, strategy)?;
+        let estimator = CpuEstimator::new(prepared, strategy);
         let shape = estimator.shape();
         let [x, y] = self.pixel.map(|v| v as usize);
         if x >= shape.width || y >= shape.height {

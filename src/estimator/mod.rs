@@ -1,5 +1,6 @@
 //! The seam between the harness and whatever it measures.
 
+pub mod cpu;
 pub mod integrand;
 
 use crate::error::Result;

@@ -112,7 +112,7 @@ fn rendered_scene(
         .iter()
         .map(|s| {
             let (name, strategy) = s.resolve();
-            let estimator = CpuEstimator::new(Arc::clone(&prepared), strategy)?;
+            let estimator = CpuEstimator::new(Arc::clone(&prepared), strategy);
             Ok(Contender { name, device: "cpu".into(), strategy, estimator: Box::new(estimator) })
         })
         .collect::<Result<Vec<_>>>()?;
@@ -121,7 +121,7 @@ fn rendered_scene(
         ReferenceEntry { exact: Some(value), .. } => ReferencePlan::Exact(*value),
         ReferenceEntry { image: Some(image), .. } => image_reference(&beside(path, image), shape)?,
         ReferenceEntry { spp, replicates, .. } => ReferencePlan::Rendered {
-            estimator: Box::new(CpuEstimator::new(Arc::clone(&prepared), Preset::Sobol.strategy())?),
+            estimator: Box::new(CpuEstimator::new(Arc::clone(&prepared), Preset::Sobol.strategy())),
             name: "MIS with Sobol points".into(),
             spp: spp.expect("checked on loading"),
             replicates: replicates.unwrap_or(REFERENCE_REPLICATES),

@@ -1,0 +1,139 @@
+//! The path tracer on the CPU.
+
+use super::{Cell, Estimate, Estimator, Shape, dependence_of, estimate_by_blocks, is_progressive};
+use crate::accel::bvh::Bvh;
+use crate::accel::simd::{Portable, Simd};
+use crate::error::Result;
+use crate::math::Rgb;
+use crate::record::Dependence;
+use crate::sampling::{Draw, Key, Strategy};
+use crate::scene::Scene;
+use crate::transport::{NoSink, PathTracer, Sink};
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A scene with everything that all strategies share: checked, hashed, its BVH built.
+pub struct PreparedScene {
+    /// The scene.
+    pub scene: Scene,
+    /// Its BVH.
+    pub bvh: Bvh,
+    /// Hash of everything that determines samples.
+    pub hash: String,
+    /// Seconds that this took.
+    pub setup_seconds: f64,
+}
+
+impl PreparedScene {
+    /// Checks the scene and builds the BVH.
+    pub fn new(scene: Scene) -> Result<Self> {
+        let start = Instant::now();
+        scene.validate()?;
+        let bvh = Bvh::new(&scene)?;
+        let hash = content_hash(&scene);
+        Ok(Self { scene, bvh, hash, setup_seconds: start.elapsed().as_secs_f64() })
+    }
+}
+
+/// Hash of arrays, shapes, materials, lights, camera, film and depth: not of where the scene was read from.
+fn content_hash(scene: &Scene) -> String {
+    let mut h = blake3::Hasher::new();
+    h.update(bytemuck::cast_slice(&scene.positions));
+    h.update(bytemuck::cast_slice(&scene.normals));
+    for t in &scene.triangles {
+        h.update(bytemuck::bytes_of(&t.vertices));
+        h.update(&t.shape.to_le_bytes());
+    }
+    for s in &scene.shapes {
+        h.update(format!("{:?} {} {} {:?}", s.geometry, s.front, s.back, s.light).as_bytes());
+    }
+    let rest = (&scene.materials, &scene.lights, &scene.camera, &scene.film, &scene.depth);
+    h.update(format!("{rest:?}").as_bytes());
+    h.finalize().to_hex()[..24].to_owned()
+}
+
+/// A strategy on a scene, on the CPU.
+pub struct CpuEstimator {
+    prepared: Arc<PreparedScene>,
+    strategy: Strategy,
+}
+
+impl CpuEstimator {
+    /// An estimator of the scene's image by a strategy.
+    pub fn new(prepared: Arc<PreparedScene>, strategy: Strategy) -> Self {
+        Self { prepared, strategy }
+    }
+
+    fn tracer(&self) -> PathTracer<'_> {
+        PathTracer::new(&self.prepared.scene, &self.prepared.bvh, self.strategy)
+    }
+
+    /// One sample, told to a sink.
+    pub fn sample_with<S: Sink>(&self, draw: &Draw, sink: &mut S) -> Rgb {
+        self.tracer().sample(Portable, draw, sink)
+    }
+}
+
+impl Estimator for CpuEstimator {
+    fn shape(&self) -> Shape {
+        let [width, height] = self.prepared.scene.film.crop_size;
+        Shape { width: width as usize, height: height as usize, channels: 3 }
+    }
+
+    fn identity(&self) -> String {
+        format!("cpu path tracer · scene {} · {}", self.prepared.hash, self.strategy.identity())
+    }
+
+    fn dependence(&self) -> Dependence {
+        dependence_of(self.strategy.sequence)
+    }
+
+    fn progressive(&self) -> bool {
+        is_progressive(self.strategy.sequence)
+    }
+
+    fn abscissa(&self) -> &'static str {
+        "spp"
+    }
+
+    fn setup_seconds(&self) -> f64 {
+        self.prepared.setup_seconds
+    }
+
+    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate> {
+        let tracer = self.tracer();
+        let draw = |pixel| Draw { key: cell.key, pixel, sample: 0, length: cell.length, sequence: self.strategy.sequence };
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = crate::accel::simd::Avx2::detect() {
+            return Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {
+                // SAFETY: AVX2 was detected.
+                unsafe { block_avx2(avx2, &tracer, draw(pixel), samples, out) }
+            }));
+        }
+        Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {
+            block(Portable, &tracer, draw(pixel), samples, out);
+        }))
+    }
+}
+
+/// Fills a block of samples of one pixel.
+#[inline(always)]
+fn block<V: Simd>(simd: V, tracer: &PathTracer<'_>, draw: Draw, samples: Range<u64>, out: &mut [f64]) {
+    for (sample, out) in samples.zip(out.chunks_exact_mut(3)) {
+        let c = tracer.sample(simd, &Draw { sample, ..draw }, &mut NoSink);
+        out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn block_avx2(
+    simd: crate::accel::simd::Avx2,
+    tracer: &PathTracer<'_>,
+    draw: Draw,
+    samples: Range<u64>,
+    out: &mut [f64],
+) {
+    block(simd, tracer, draw, samples, out);
+}

@@ -1,0 +1,7 @@
+//! Light transport: techniques, and the sinks that their contributions go to.
+
+pub mod path;
+pub mod sink;
+
+pub use path::PathTracer;
+pub use sink::{Contribution, NoSink, Sink, Vertex, Via};
