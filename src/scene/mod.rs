@@ -5,6 +5,7 @@ pub mod format;
 pub mod light;
 pub mod material;
 pub mod shape;
+mod validate;
 
 use crate::math::Vec3;
 use std::path::PathBuf;
