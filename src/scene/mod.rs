@@ -6,6 +6,7 @@ pub mod format;
 pub mod light;
 pub mod material;
 pub mod shape;
+mod validate;
 
 use crate::math::Vec3;
 use std::path::PathBuf;

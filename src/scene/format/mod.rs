@@ -1,1 +1,43 @@
 //! Scene and mesh readers: one file per format.
+
+mod cie;
+pub mod mesh;
+pub mod mitsuba;
+pub mod obj;
+pub mod ply;
+pub mod spectrum;
+
+use crate::error::{Error, Place, Result};
+use crate::scene::Scene;
+use std::path::Path;
+
+/// Larger files are refused: offsets and counts then fit 31 bits, and a mistake cannot fill the memory.
+const LARGEST_FILE: u64 = 2 << 30;
+
+/// Reads a scene and checks it. `parameters` are (name, value) pairs for `$name` in Mitsuba XML.
+///
+/// # Errors
+/// [`Error::Input`] with file, line, what was found and what is allowed; [`Error::Io`] where the file cannot be read.
+pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    match extension.as_str() {
+        "xml" => mitsuba::load(path, parameters),
+        _ => Err(Error::input(
+            Place::file(path),
+            format!("unknown scene format (extension `{extension}`); allowed: .xml (Mitsuba 3)"),
+        )),
+    }
+}
+
+/// A whole file, if it is not too large.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
+    let data = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
+    if data.is_dir() {
+        return Err(Error::input(Place::file(path), "found a directory; a file is wanted"));
+    }
+    if data.len() > LARGEST_FILE {
+        let message = format!("the file has {} bytes; at most {LARGEST_FILE} are read", data.len());
+        return Err(Error::input(Place::file(path), message));
+    }
+    std::fs::read(path).map_err(|e| Error::io(path, e))
+}

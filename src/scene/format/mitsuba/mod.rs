@@ -1,0 +1,220 @@
+//! Mitsuba 3 XML (versions 0.x to 3.x): <https://mitsuba.readthedocs.io/en/stable/src/key_topics/scene_format.html>.
+
+mod camera;
+mod shape;
+mod surface;
+mod tree;
+mod value;
+
+use crate::error::{Error, Place, Result};
+use crate::scene::{Depth, Light, Scene};
+use glam::{DAffine3, DVec3};
+use std::collections::HashMap;
+use std::path::Path;
+use tree::{Node, Tree};
+use value::Value;
+
+/// Reads a scene and checks it; see [`super::load`].
+///
+/// # Errors
+/// [`Error::Input`] with file, line, what was found and what is allowed; [`Error::Io`] where a file cannot be read.
+pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene> {
+    parse_str(&tree::text(super::read(path)?, path)?, path, parameters)
+}
+
+/// [`load`] from text. `path` names the text in messages; relative file names are looked up beside it.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse_str(text: &str, path: &Path, parameters: &[(String, String)]) -> Result<Scene> {
+    let tree = tree::read(text, path, parameters)?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let scene = Scene { name, materials: vec![crate::scene::Material::Black], ..Default::default() };
+    let mut builder = Builder { tree, scene, surfaces: HashMap::new(), default_surface: None };
+    builder.scene()?;
+    let Builder { tree, mut scene, .. } = builder;
+    scene.sources = tree.sources;
+    scene.validate().map_err(|problems| Error::input(Place::file(path), problems.join("; ")))?;
+    let flat = scene.zero_area_triangles();
+    if flat > 0 {
+        scene.warnings.push(format!("{}: {flat} triangles have no area", path.display()));
+    }
+    Ok(scene)
+}
+
+/// Makes the scene from the tree.
+struct Builder {
+    tree: Tree,
+    scene: Scene,
+    /// Front and back material of the BSDFs built so far, by node.
+    surfaces: HashMap<usize, [u32; 2]>,
+    /// Material of shapes without BSDF.
+    default_surface: Option<u32>,
+}
+
+impl Builder {
+    fn scene(&mut self) -> Result<()> {
+        let mut sensor = None;
+        let mut integrator = None;
+        let mut environment = None;
+        for i in 0..self.tree.nodes[0].children.len() {
+            let index = self.tree.resolve(&self.tree.nodes[0].children[i])?;
+            let node = &self.tree.nodes[index];
+            match (node.tag.as_str(), node.plugin.as_str()) {
+                ("sensor", _) if sensor.is_none() => sensor = Some(index),
+                ("sensor", _) => self.warn(&node.place.clone(), "only the first sensor counts"),
+                ("integrator", _) if integrator.is_none() => integrator = Some(index),
+                ("integrator", _) => return Err(node.error("a second integrator; a scene has one")),
+                ("shape", _) => self.shape(index)?,
+                ("emitter", "constant") => {
+                    if let Some(first) = environment.replace(node.place.clone()) {
+                        return Err(node.error(format!("a second environment; a scene has one (first: {first})")));
+                    }
+                    self.light(index)?;
+                }
+                ("emitter", "point") => self.light(index)?,
+                // An area light shines where a shape refers to it.
+                ("emitter", "area") => {}
+                ("emitter", other) => return Err(node.unsupported(other, "area, point, constant")),
+                // Nothing of these unless something refers to them.
+                _ => {}
+            }
+        }
+        let nowhere = || Error::input(self.tree.nodes[0].place.clone(), "the scene has no <sensor>");
+        self.sensor(sensor.ok_or_else(nowhere)?)?;
+        if let Some(integrator) = integrator {
+            self.scene.depth = self.integrator(integrator)?;
+        }
+        if self.scene.lights.is_empty() {
+            self.warn(&self.tree.nodes[0].place.clone(), "the scene has no light source");
+        }
+        Ok(())
+    }
+
+    /// Of an integrator only the path lengths count: how paths are sampled is the experiment's business.
+    fn integrator(&mut self, index: usize) -> Result<Depth> {
+        let node = &self.tree.nodes[index];
+        let allowed = "path, volpath, volpathmis, direct, or aov and moment around one of them";
+        if matches!(node.plugin.as_str(), "aov" | "moment") {
+            self.finish(index, &["aovs"]);
+            let inner = self.tree.nodes[index].children.iter().map(|c| self.tree.resolve(c));
+            let inner = inner.collect::<Result<Vec<_>>>()?;
+            let inner = inner.into_iter().find(|&i| self.tree.nodes[i].tag == "integrator" && i != index);
+            // One level only: these plugins are not nested in each other.
+            return match inner {
+                Some(i) if !matches!(self.tree.nodes[i].plugin.as_str(), "aov" | "moment") => self.integrator(i),
+                _ => Err(self.tree.nodes[index].error(format!("no usable integrator inside; allowed: {allowed}"))),
+            };
+        }
+        if node.boolean("hide_emitters")?.unwrap_or(false) {
+            return Err(node.error("hide_emitters is not supported: emitters are always seen"));
+        }
+        let mut depth = Depth::default();
+        match node.plugin.as_str() {
+            "path" | "volpath" | "volpathmis" => {
+                let max = node.integer("max_depth")?.unwrap_or(-1);
+                if max != -1 {
+                    let max = u32::try_from(max).ok().filter(|&m| m <= i32::MAX as u32);
+                    depth.max = Some(max.ok_or_else(|| node.error("max_depth must be -1 (no limit) or at least 0"))?);
+                }
+                let roulette = node.integer("rr_depth")?.unwrap_or(i64::from(depth.roulette));
+                let roulette = u32::try_from(roulette).ok().filter(|r| (1..=i32::MAX as u32).contains(r));
+                depth.roulette = roulette.ok_or_else(|| node.error("rr_depth must be at least 1"))?;
+            }
+            "direct" => depth.max = Some(2),
+            other => return Err(node.unsupported(other, allowed)),
+        }
+        let quiet = ["samples_per_pass", "block_size", "timeout", "shading_samples", "emitter_samples", "bsdf_samples"];
+        self.finish(index, &quiet);
+        Ok(depth)
+    }
+
+    /// A light that is not part of a shape.
+    fn light(&mut self, index: usize) -> Result<()> {
+        let node = &self.tree.nodes[index];
+        let light = if node.plugin == "constant" {
+            Light::Constant { radiance: self.emission(node, "radiance")? }
+        } else {
+            let position = match (node.vector("position")?, node.transform("to_world")?) {
+                (Some(_), Some(_)) => return Err(node.error("found both `position` and `to_world`; give one")),
+                (Some(position), None) => position,
+                (None, to_world) => to_world.unwrap_or_default().transform_point3(DVec3::ZERO),
+            };
+            Light::Point { position: position.as_vec3(), intensity: self.emission(node, "intensity")? }
+        };
+        let quiet: &[&str] =
+            if node.plugin == "constant" { &["sampling_weight", "to_world"] } else { &["sampling_weight"] };
+        self.scene.lights.push(light);
+        self.finish(index, quiet);
+        Ok(())
+    }
+
+    fn warn(&mut self, place: &Place, message: &str) {
+        self.scene.warnings.push(format!("{place}: {message}"));
+    }
+
+    /// Call when all of a node's properties have been read: warns of those that nobody asked for, but for `quiet` ones
+    /// that are known to have no effect on what is measured.
+    fn finish(&mut self, index: usize, quiet: &[&str]) {
+        let node = &self.tree.nodes[index];
+        for property in node.properties.iter().filter(|p| !p.used.replace(true) && !quiet.contains(&p.name.as_str())) {
+            let (place, name) = (&property.place, super::obj::shorten(&property.name));
+            self.scene.warnings.push(format!("{place}: `{name}` of {} has no effect", node.title()));
+        }
+    }
+}
+
+/// Typed access to properties. `None` where the property is absent.
+impl Node {
+    fn error(&self, message: impl std::fmt::Display) -> Error {
+        Error::input(self.place.clone(), format!("{}: {message}", self.title()))
+    }
+
+    fn unsupported(&self, plugin: &str, allowed: &str) -> Error {
+        let message = format!("{} `{}` is not supported; allowed: {allowed}", self.tag, super::obj::shorten(plugin));
+        Error::input(self.place.clone(), message)
+    }
+
+    /// For messages: ``shape `obj` ``.
+    fn title(&self) -> String {
+        format!("{} `{}`", self.tag, super::obj::shorten(&self.plugin))
+    }
+
+    fn get<T>(&self, name: &str, kind: &str, convert: impl Fn(&Value) -> Option<T>) -> Result<Option<T>> {
+        let Some(property) = self.properties.iter().find(|p| p.name == name) else { return Ok(None) };
+        property.used.set(true);
+        let value = convert(&property.value).ok_or_else(|| {
+            let message = format!("`{name}` of {} is a {}; a {kind} is wanted", self.title(), property.value.kind());
+            Error::input(property.place.clone(), message)
+        })?;
+        Ok(Some(value))
+    }
+
+    fn float(&self, name: &str) -> Result<Option<f64>> {
+        self.get(name, "float", |v| match v {
+            Value::Float(v) => Some(*v),
+            Value::Integer(v) => Some(*v as f64),
+            _ => None,
+        })
+    }
+
+    fn integer(&self, name: &str) -> Result<Option<i64>> {
+        self.get(name, "integer", |v| if let Value::Integer(v) = v { Some(*v) } else { None })
+    }
+
+    fn boolean(&self, name: &str) -> Result<Option<bool>> {
+        self.get(name, "boolean", |v| if let Value::Boolean(v) = v { Some(*v) } else { None })
+    }
+
+    fn string(&self, name: &str) -> Result<Option<String>> {
+        self.get(name, "string", |v| if let Value::String(v) = v { Some(v.clone()) } else { None })
+    }
+
+    fn vector(&self, name: &str) -> Result<Option<DVec3>> {
+        self.get(name, "point or vector", |v| if let Value::Vector(v) = v { Some(*v) } else { None })
+    }
+
+    fn transform(&self, name: &str) -> Result<Option<DAffine3>> {
+        self.get(name, "transform", |v| if let Value::Transform(v) = v { Some(*v) } else { None })
+    }
+}

@@ -1,0 +1,206 @@
+//! Shapes, and the area lights on them.
+
+use super::super::mesh::{Mesh, Placement};
+use super::super::{obj, ply, read};
+use super::{Builder, Node};
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::scene::{Geometry, Light, Shape, Triangle};
+use glam::DVec3;
+use std::ops::Range;
+
+/// Relative deviation that counts as rounding where a transform must keep circles round.
+const ROUND_TOLERANCE: f64 = 1e-4;
+
+impl Builder {
+    pub(super) fn shape(&mut self, index: usize) -> Result<()> {
+        let node = &self.tree.nodes[index];
+        let place = Placement {
+            to_world: node.transform("to_world")?.unwrap_or_default(),
+            face_normals: node.boolean("face_normals")?.unwrap_or(false),
+            flip_normals: node.boolean("flip_normals")?.unwrap_or(false),
+        };
+        let determinant = place.to_world.matrix3.determinant();
+        if determinant == 0.0 || !place.to_world.inverse().is_finite() {
+            return Err(node.error("to_world is singular: it flattens the shape"));
+        }
+        let geometry = match node.plugin.as_str() {
+            "rectangle" => self.rectangle(&place),
+            "disk" => disk(&place),
+            "sphere" => sphere(node, &place)?,
+            "cylinder" => cylinder(node, &place)?,
+            "cube" => self.mesh(index, cube(), Placement { face_normals: true, ..place }, determinant < 0.0)?,
+            "obj" | "ply" => {
+                let mesh = self.mesh_file(index)?;
+                self.mesh(index, mesh, place, false)?
+            }
+            other => {
+                return Err(node.unsupported(other, "rectangle, cube, sphere, disk, cylinder, obj, ply"));
+            }
+        };
+        let (surface, emitter) = self.attachments(index)?;
+        let [front, back] = match surface {
+            Some(surface) => self.surface(surface)?,
+            None => self.default_surface(emitter.is_some()),
+        };
+        let light = emitter.map(|emitter| self.area_light(emitter)).transpose()?;
+        let node = &self.tree.nodes[index];
+        let name = node.id.clone().unwrap_or_else(|| format!("{} ({})", node.plugin, node.place));
+        self.scene.shapes.push(Shape { geometry, front, back, light, name });
+        self.finish(index, &["flip_tex_coords", "silhouette_sampling_weight"]);
+        Ok(())
+    }
+
+    /// The BSDF and the emitter inside a shape.
+    fn attachments(&self, index: usize) -> Result<(Option<usize>, Option<usize>)> {
+        let node = &self.tree.nodes[index];
+        let (mut surface, mut emitter) = (None, None);
+        for child in &node.children {
+            let inner = self.tree.resolve(child)?;
+            let found = &self.tree.nodes[inner];
+            let slot = match (found.tag.as_str(), found.plugin.as_str()) {
+                ("bsdf", _) => &mut surface,
+                ("emitter", "area") => &mut emitter,
+                ("emitter", other) => return Err(found.unsupported(other, "area (inside a shape)")),
+                _ => return Err(found.error("has no place in a shape; allowed: a bsdf, an emitter `area`")),
+            };
+            if slot.replace(inner).is_some() {
+                return Err(node.error(format!("has two objects of kind {}", found.tag)));
+            }
+        }
+        Ok((surface, emitter))
+    }
+
+    /// Adds the light of the shape that comes next.
+    fn area_light(&mut self, index: usize) -> Result<u32> {
+        let radiance = self.emission(&self.tree.nodes[index], "radiance")?;
+        self.finish(index, &["sampling_weight"]);
+        self.scene.lights.push(Light::Area { shape: self.scene.shapes.len() as u32, radiance });
+        Ok(self.scene.lights.len() as u32 - 1)
+    }
+
+    fn mesh_file(&mut self, index: usize) -> Result<Mesh> {
+        let node = &self.tree.nodes[index];
+        let name = node.string("filename")?.ok_or_else(|| node.error("lacks the property `filename`"))?;
+        let path = self.tree.find_file(&name, &node.place)?;
+        let bytes = read(&path)?;
+        let mesh = if node.plugin == "obj" { obj::parse(&bytes, &path) } else { ply::parse(&bytes, &path) };
+        self.tree.add_source(&path);
+        mesh
+    }
+
+    /// Adds a mesh in object space. `turn`: its winding is to be turned first.
+    fn mesh(&mut self, index: usize, mesh: Mesh, placement: Placement, turn: bool) -> Result<Geometry> {
+        let placement = Placement { flip_normals: placement.flip_normals != turn, ..placement };
+        let mesh = mesh.place(&placement);
+        let node = &self.tree.nodes[index];
+        if !mesh.positions.iter().all(|p| p.is_finite()) {
+            return Err(node.error("to_world takes vertices out of the range of 32-bit numbers"));
+        }
+        let fits = |a: usize, b: usize| a + b <= i32::MAX as usize;
+        if !fits(self.scene.triangles.len(), mesh.triangles.len())
+            || !fits(self.scene.positions.len(), mesh.positions.len())
+        {
+            return Err(node.error("the scene has more than 2³¹ triangles or vertices"));
+        }
+        let smooth = !mesh.normals.is_empty();
+        Ok(Geometry::Mesh { range: self.triangles(mesh), smooth })
+    }
+
+    /// Appends vertices and triangles for the shape that comes next.
+    fn triangles(&mut self, mesh: Mesh) -> Range<u32> {
+        let scene = &mut self.scene;
+        let (first, base) = (scene.triangles.len() as u32, scene.positions.len() as u32);
+        let shape = scene.shapes.len() as u32;
+        scene.positions.extend(mesh.positions);
+        scene.normals.extend(mesh.normals);
+        scene.normals.resize(scene.positions.len(), Vec3::ZERO);
+        scene.triangles.extend(mesh.triangles.iter().map(|t| Triangle { vertices: t.map(|i| i + base), shape }));
+        first..scene.triangles.len() as u32
+    }
+
+    /// The square [−1, 1]² × {0}, whose front is z > 0.
+    fn rectangle(&mut self, place: &Placement) -> Geometry {
+        let point = |x, y| place.to_world.transform_point3(DVec3::new(x, y, 0.0));
+        let corner = point(-1.0, -1.0);
+        let [u, v] = front_edges(place, point(1.0, -1.0) - corner, point(-1.0, 1.0) - corner);
+        let positions = [corner, corner + u, corner + u + v, corner + v].map(|p| p.as_vec3()).to_vec();
+        let range = self.triangles(Mesh { positions, normals: Vec::new(), triangles: vec![[0, 1, 2], [0, 2, 3]] });
+        Geometry::Rectangle { range, corner: corner.as_vec3(), edge_u: u.as_vec3(), edge_v: v.as_vec3() }
+    }
+}
+
+/// The unit disk around the origin, whose front is z > 0.
+fn disk(place: &Placement) -> Geometry {
+    let axes = place.to_world.matrix3;
+    let [u, v] = front_edges(place, axes.x_axis, axes.y_axis);
+    Geometry::Disk { center: place.to_world.translation.as_vec3(), u: u.as_vec3(), v: v.as_vec3() }
+}
+
+/// The images of the x and y axes, in the order that makes u × v point to the front: along the image of z as a normal.
+fn front_edges(place: &Placement, u: DVec3, v: DVec3) -> [DVec3; 2] {
+    let normal = place.to_world.matrix3.inverse().transpose() * DVec3::Z;
+    if (u.cross(v).dot(normal) < 0.0) != place.flip_normals { [v, u] } else { [u, v] }
+}
+
+fn sphere(node: &Node, place: &Placement) -> Result<Geometry> {
+    let axes = place.to_world.matrix3;
+    let (x, y, z) = (axes.x_axis, axes.y_axis, axes.z_axis);
+    if !(is_round(x, y) && is_round(y, z) && is_round(z, x)) {
+        return Err(node.error("to_world makes an ellipsoid; only uniform scales are supported"));
+    }
+    let radius = radius(node)? * x.length();
+    let center = place.to_world.transform_point3(node.vector("center")?.unwrap_or_default());
+    let flip = (axes.determinant() < 0.0) != place.flip_normals;
+    Ok(Geometry::Sphere { center: center.as_vec3(), radius: radius as f32, flip })
+}
+
+fn cylinder(node: &Node, place: &Placement) -> Result<Geometry> {
+    let p0 = node.vector("p0")?.unwrap_or_default();
+    let p1 = node.vector("p1")?.unwrap_or(DVec3::Z);
+    let along = (p1 - p0).try_normalize().ok_or_else(|| node.error("p0 and p1 coincide"))?;
+    let across = along.any_orthonormal_pair();
+    let image = |v| place.to_world.transform_vector3(v);
+    let (u, v, axis) = (image(across.0), image(across.1), image(p1 - p0));
+    let upright = |v: DVec3| v.dot(axis).abs() <= ROUND_TOLERANCE * v.length() * axis.length();
+    if !(is_round(u, v) && upright(u) && upright(v)) {
+        return Err(node.error("to_world makes the cylinder elliptic or oblique; that is not supported"));
+    }
+    let p0 = place.to_world.transform_point3(p0).as_vec3();
+    // Unlike for spheres, a mirror does not turn Mitsuba's cylinders inside out.
+    let (radius, flip) = ((radius(node)? * u.length()) as f32, place.flip_normals);
+    Ok(Geometry::Cylinder { p0, axis: axis.as_vec3(), radius, flip })
+}
+
+fn radius(node: &Node) -> Result<f64> {
+    match node.float("radius")?.unwrap_or(1.0) {
+        r if r > 0.0 => Ok(r),
+        r => Err(node.error(format!("radius is {r}; it must be above 0"))),
+    }
+}
+
+/// Whether two images of unit vectors at a right angle span a circle.
+fn is_round(a: DVec3, b: DVec3) -> bool {
+    let (la, lb) = (a.length(), b.length());
+    (la - lb).abs() <= ROUND_TOLERANCE * la && a.dot(b).abs() <= ROUND_TOLERANCE * la * lb
+}
+
+/// The cube [−1, 1]³; four vertices per side, front outwards.
+fn cube() -> Mesh {
+    let mut mesh = Mesh::default();
+    for axis in 0..3 {
+        for sign in [-1f32, 1.0] {
+            let first = mesh.positions.len() as u32;
+            for (s, t) in [(-1f32, -1f32), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                let mut p = Vec3::ZERO;
+                p[axis] = sign;
+                // Along the next axis and the one after it; the lower side runs the other way round.
+                p[(axis + 1) % 3] = s * sign;
+                p[(axis + 2) % 3] = t;
+                mesh.positions.push(p);
+            }
+            mesh.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|i| i + first)));
+        }
+    }
+    mesh
+}
