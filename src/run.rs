@@ -494,6 +494,7 @@ impl Runner<'_> {
             seed: self.plan.seed,
             strategy: c.name.clone(),
             cell_hash: hash(n),
+            definitions: Vec::new(),
         };
         let all = format!("{relative}/all-{last}.exr");
         let seconds = a.result.checkpoints.last().map_or(0.0, |k| k.seconds.iter().sum());

@@ -75,17 +75,17 @@ impl std::str::FromStr for DepthLimit {
 impl Settings {
     /// The scene, ready to be traced, as the flags ask for.
     pub(super) fn prepare(&self, path: &std::path::Path) -> Result<PreparedScene> {
-        let mut scene = crate::scene::format::load(path, &self.parameters)?;
+        let size = match (self.width, self.height) {
+            (None, None) => None,
+            (Some(w), Some(h)) if [w, h].iter().all(|n| (1..=65_536).contains(n)) => Some([w, h]),
+            (Some(w), Some(h)) => {
+                return Err(Error::Usage(format!("film of {w} × {h} pixels: 1 to 65536 are allowed")));
+            }
+            _ => return Err(Error::Usage("--width and --height go together".into())),
+        };
+        let mut scene = crate::scene::format::load(path, &self.parameters, size)?;
         for warning in &scene.warnings {
             eprintln!("rootn: warning: {warning}");
-        }
-        let [width, height] = scene.film.crop_size;
-        if self.width.is_some() || self.height.is_some() {
-            let size = [self.width.unwrap_or(width), self.height.unwrap_or(height)];
-            if size.iter().any(|n| !(1..=65_536).contains(n)) {
-                return Err(Error::Usage(format!("film of {} × {} pixels: 1 to 65536 are allowed", size[0], size[1])));
-            }
-            scene.film.resize(size);
         }
         if let Some(DepthLimit(depth)) = self.max_depth {
             scene.depth.max = depth;
@@ -122,11 +122,14 @@ impl Render {
             render_time_seconds: estimate.seconds,
             seed: self.settings.seed,
             strategy: self.strategy.label().into(),
+            definitions: Vec::new(),
             cell_hash: blake3::hash(estimator.identity().as_bytes()).to_hex()[..24].to_owned(),
         };
         write_exr(&self.output, &layers::of_moments(estimator.shape(), &tree.fold(), strategy.sequence), &about)?;
         if let Some(&(pixel, sample)) = tree.non_finite().first() {
-            eprintln!("rootn: warning: non-finite samples, the first in pixel {pixel}, sample {sample}: see `rootn replay`");
+            eprintln!(
+                "rootn: warning: non-finite samples, the first in pixel {pixel}, sample {sample}: see `rootn replay`"
+            );
         }
         if interrupted {
             return Err(Error::Interrupted);

@@ -39,7 +39,8 @@ pub struct Replay {
 
 /// Parses `x,y`.
 fn pixel(text: &str) -> std::result::Result<[u32; 2], String> {
-    let parts: Vec<u32> = text.split(',').map(|t| t.trim().parse()).collect::<std::result::Result<_, _>>().unwrap_or_default();
+    let parts: Vec<u32> =
+        text.split(',').map(|t| t.trim().parse()).collect::<std::result::Result<_, _>>().unwrap_or_default();
     <[u32; 2]>::try_from(parts).map_err(|_| "expected X,Y".into())
 }
 

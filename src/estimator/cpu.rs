@@ -3,11 +3,12 @@
 use super::{Cell, Estimate, Estimator, Shape, dependence_of, estimate_by_blocks, is_progressive};
 use crate::accel::bvh::Bvh;
 use crate::accel::simd::{Portable, Simd};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::math::Rgb;
 use crate::record::Dependence;
-use crate::sampling::{Draw, Key, Strategy};
+use crate::sampling::{Draw, Strategy};
 use crate::scene::Scene;
+use crate::scene::light::LightSampler;
 use crate::transport::{NoSink, PathTracer, Sink};
 use std::ops::Range;
 use std::sync::Arc;
@@ -29,7 +30,7 @@ impl PreparedScene {
     /// Checks the scene and builds the BVH.
     pub fn new(scene: Scene) -> Result<Self> {
         let start = Instant::now();
-        scene.validate()?;
+        scene.validate().map_err(|problems| Error::Usage(problems.join("; ")))?;
         let bvh = Bvh::new(&scene)?;
         let hash = content_hash(&scene);
         Ok(Self { scene, bvh, hash, setup_seconds: start.elapsed().as_secs_f64() })
@@ -57,16 +58,18 @@ fn content_hash(scene: &Scene) -> String {
 pub struct CpuEstimator {
     prepared: Arc<PreparedScene>,
     strategy: Strategy,
+    lights: LightSampler,
 }
 
 impl CpuEstimator {
     /// An estimator of the scene's image by a strategy.
     pub fn new(prepared: Arc<PreparedScene>, strategy: Strategy) -> Self {
-        Self { prepared, strategy }
+        let lights = LightSampler::new(&prepared.scene, strategy.lights, strategy.light_choice);
+        Self { prepared, strategy, lights }
     }
 
     fn tracer(&self) -> PathTracer<'_> {
-        PathTracer::new(&self.prepared.scene, &self.prepared.bvh, self.strategy)
+        PathTracer::new(&self.prepared.scene, &self.prepared.bvh, &self.lights, self.strategy)
     }
 
     /// One sample, told to a sink.
@@ -103,7 +106,8 @@ impl Estimator for CpuEstimator {
 
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate> {
         let tracer = self.tracer();
-        let draw = |pixel| Draw { key: cell.key, pixel, sample: 0, length: cell.length, sequence: self.strategy.sequence };
+        let draw =
+            |pixel| Draw { key: cell.key, pixel, sample: 0, length: cell.length, sequence: self.strategy.sequence };
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = crate::accel::simd::Avx2::detect() {
             return Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {

@@ -84,13 +84,20 @@ fn check(path: &Path, text: &str, e: &Experiment) -> Result<()> {
     let fail = |line: u32, message: String| Err(Error::input(Place::line(path, line), message));
     let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if e.name.is_empty() || e.name == "cells" || e.name.starts_with('.') || !e.name.chars().all(safe) {
-        return fail(0, format!("name {:?}: letters, digits, '-', '_' and '.' are allowed (it names a folder)", e.name));
+        return fail(
+            0,
+            format!("name {:?}: letters, digits, '-', '_' and '.' are allowed (it names a folder)", e.name),
+        );
     }
     if e.scene.is_empty() || e.strategy.is_empty() {
         return fail(0, "an experiment needs at least one [[scene]] and one [[strategy]]".into());
     }
     let in_range = |what: &str, value: u64, least: u64, most: u64| {
-        if (least..=most).contains(&value) { Ok(()) } else { fail(0, format!("{what} = {value}: {least} to {most} are allowed")) }
+        if (least..=most).contains(&value) {
+            Ok(())
+        } else {
+            fail(0, format!("{what} = {value}: {least} to {most} are allowed"))
+        }
     };
     in_range("budget.spp", e.budget.spp, 1, 1 << 48)?;
     in_range("budget.replicates", u64::from(e.budget.replicates), 1, 10_000)?;

@@ -53,7 +53,10 @@ fn check_probes(experiment: &Experiment, scene: &PlannedScene<'_>, path: &Path) 
     match experiment.probes.iter().find(outside) {
         Some([x, y]) => Err(Error::input(
             Place::file(path),
-            format!("probe [{x}, {y}] lies outside the film of {} × {} pixels of {}", shape.width, shape.height, scene.name),
+            format!(
+                "probe [{x}, {y}] lies outside the film of {} × {} pixels of {}",
+                shape.width, shape.height, scene.name
+            ),
         )),
         None => Ok(()),
     }
@@ -95,10 +98,7 @@ fn rendered_scene(
 ) -> Result<PlannedScene<'static>> {
     let file = beside(path, entry.file.as_deref().expect("checked on loading"));
     let parameters: Vec<_> = entry.parameters.iter().map(|(k, v)| (k.clone(), v.clone())).collect();
-    let mut scene = crate::scene::format::load(&file, &parameters)?;
-    if let Some(f) = experiment.film {
-        scene.film.resize([f.width, f.height]);
-    }
+    let mut scene = crate::scene::format::load(&file, &parameters, experiment.film.map(|f| [f.width, f.height]))?;
     match experiment.max_depth {
         Some(MaxDepth::Edges(n)) => scene.depth.max = Some(n),
         Some(MaxDepth::Unbounded(_)) => scene.depth.max = None,
@@ -113,9 +113,9 @@ fn rendered_scene(
         .map(|s| {
             let (name, strategy) = s.resolve();
             let estimator = CpuEstimator::new(Arc::clone(&prepared), strategy);
-            Ok(Contender { name, device: "cpu".into(), strategy, estimator: Box::new(estimator) })
+            Contender { name, device: "cpu".into(), strategy, estimator: Box::new(estimator) }
         })
-        .collect::<Result<Vec<_>>>()?;
+        .collect::<Vec<_>>();
     let shape = contenders[0].estimator.shape();
     let reference = match experiment.reference.as_ref().expect("checked on loading") {
         ReferenceEntry { exact: Some(value), .. } => ReferencePlan::Exact(*value),
@@ -138,13 +138,14 @@ fn image_reference(path: &Path, shape: Shape) -> Result<ReferencePlan<'static>> 
         let (w, h) = (layers.width, layers.height);
         return fail(format!("{w} × {h} pixels; the film has {} × {}", shape.width, shape.height));
     }
-    let Some(mean) = layers.rgb("") else { return fail("no channels R, G, B".into()) };
-    let Some(error) = layers.rgb("std_error.").or_else(|| layers.rgb("stderr.")) else {
+    let Some((3, mean)) = layers.layer("") else { return fail("no channels R, G, B".into()) };
+    let Some((3, error)) = layers.std_error() else {
         return fail("no channels std_error.R, .G, .B: a reference must say how certain it is".into());
     };
     if !mean.iter().chain(&error).all(|v| v.is_finite()) {
         return fail("non-finite values; a reference must be finite".into());
     }
-    let reference = Reference { mean, variance: error.iter().map(|e| e * e).collect() };
+    let wide = |values: Vec<f32>| values.into_iter().map(f64::from);
+    let reference = Reference { mean: wide(mean).collect(), variance: wide(error).map(|e| e * e).collect() };
     Ok(ReferencePlan::Image { path: path.to_owned(), reference })
 }

@@ -8,10 +8,10 @@ use crate::accel::bvh::Bvh;
 use crate::accel::simd::Simd;
 use crate::accel::{Endpoint, Hit, Ray, SurfacePoint, leave, segment};
 use crate::math::{Frame, Rgb, Vec3};
+use crate::sampling::Draw;
 use crate::sampling::dimension::{Decision, group};
 use crate::sampling::rng::unit_f32;
 use crate::sampling::strategy::{Heuristic, Lights, NoRoulette, Roulette, Strategy, Technique};
-use crate::sampling::Draw;
 use crate::scene::light::{LightPoint, LightSample, LightSampler, LightTarget, emitted, environment};
 use crate::scene::{Material, Scene};
 
@@ -19,7 +19,7 @@ use crate::scene::{Material, Scene};
 pub struct PathTracer<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
-    lights: LightSampler,
+    lights: &'a LightSampler,
     strategy: Strategy,
     /// Longest path in edges.
     max_depth: u32,
@@ -42,13 +42,13 @@ struct Shading<'a> {
 }
 
 impl<'a> PathTracer<'a> {
-    /// Prepares the light tables of a strategy.
-    pub fn new(scene: &'a Scene, bvh: &'a Bvh, strategy: Strategy) -> Self {
+    /// `lights` must be made for the scene and the strategy.
+    pub fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a LightSampler, strategy: Strategy) -> Self {
         let unbounded = scene.depth.max.unwrap_or(u32::MAX);
         Self {
             scene,
             bvh,
-            lights: LightSampler::new(scene, strategy.lights, strategy.light_choice),
+            lights,
             strategy,
             max_depth: match strategy.technique {
                 Technique::Path => unbounded,

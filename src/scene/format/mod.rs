@@ -14,14 +14,15 @@ use std::path::Path;
 /// Larger files are refused: offsets and counts then fit 31 bits, and a mistake cannot fill the memory.
 const LARGEST_FILE: u64 = 2 << 30;
 
-/// Reads a scene and checks it. `parameters` are (name, value) pairs for `$name` in Mitsuba XML.
+/// Reads a scene and checks it. `parameters` are (name, value) pairs for `$name` in Mitsuba XML; `size` (width, height)
+/// replaces the film's, crop window included, with the field of view as the file defines it for that aspect.
 ///
 /// # Errors
 /// [`Error::Input`] with file, line, what was found and what is allowed; [`Error::Io`] where the file cannot be read.
-pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene> {
+pub fn load(path: &Path, parameters: &[(String, String)], size: Option<[u32; 2]>) -> Result<Scene> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
-        "xml" => mitsuba::load(path, parameters),
+        "xml" => mitsuba::load(path, parameters, size),
         _ => Err(Error::input(
             Place::file(path),
             format!("unknown scene format (extension `{extension}`); allowed: .xml (Mitsuba 3)"),

@@ -30,6 +30,10 @@ impl Builder {
             Some(film) => self.film(film)?,
             None => Film { filter: Filter::Gaussian { stddev: 0.5 }, ..Film::default() },
         };
+        if let Some(size) = self.size {
+            let filter = self.scene.film.filter;
+            self.scene.film = Film { size, crop_offset: [0, 0], crop_size: size, filter };
+        }
         let [width, height] = self.scene.film.size.map(f64::from);
         self.scene.camera = camera(&self.tree.nodes[index], width / height)?;
         // No lens, no motion; the sample count belongs to the experiment.

@@ -18,19 +18,19 @@ use value::Value;
 ///
 /// # Errors
 /// [`Error::Input`] with file, line, what was found and what is allowed; [`Error::Io`] where a file cannot be read.
-pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene> {
-    parse_str(&tree::text(super::read(path)?, path)?, path, parameters)
+pub fn load(path: &Path, parameters: &[(String, String)], size: Option<[u32; 2]>) -> Result<Scene> {
+    parse_str(&tree::text(super::read(path)?, path)?, path, parameters, size)
 }
 
 /// [`load`] from text. `path` names the text in messages; relative file names are looked up beside it.
 ///
 /// # Errors
 /// As [`load`].
-pub fn parse_str(text: &str, path: &Path, parameters: &[(String, String)]) -> Result<Scene> {
+pub fn parse_str(text: &str, path: &Path, parameters: &[(String, String)], size: Option<[u32; 2]>) -> Result<Scene> {
     let tree = tree::read(text, path, parameters)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let scene = Scene { name, materials: vec![crate::scene::Material::Black], ..Default::default() };
-    let mut builder = Builder { tree, scene, surfaces: HashMap::new(), default_surface: None };
+    let mut builder = Builder { tree, scene, size, surfaces: HashMap::new(), default_surface: None };
     builder.scene()?;
     let Builder { tree, mut scene, .. } = builder;
     scene.sources = tree.sources;
@@ -46,6 +46,8 @@ pub fn parse_str(text: &str, path: &Path, parameters: &[(String, String)]) -> Re
 struct Builder {
     tree: Tree,
     scene: Scene,
+    /// Film size that replaces the file's.
+    size: Option<[u32; 2]>,
     /// Front and back material of the BSDFs built so far, by node.
     surfaces: HashMap<usize, [u32; 2]>,
     /// Material of shapes without BSDF.
