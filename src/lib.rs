@@ -3,6 +3,7 @@ pub mod accel;
 pub mod error;
 pub mod math;
 pub mod record;
+pub mod report;
 pub mod sampling;
 pub mod scene;
 

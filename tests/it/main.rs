@@ -1,3 +1,4 @@
 //! One test binary; one file per subject.
 
+mod report;
 mod support;
