@@ -2,11 +2,12 @@
 //! SVG with built-in fonts.
 
 use super::number::superscript;
-use plotters::element::{Circle, DashedPathElement, PathElement, Polygon};
+use plotters::element::{DashedPathElement, PathElement, Polygon};
 use plotters::prelude::{DrawingArea, IntoDrawingArea, IntoFont, RGBColor, SVGBackend, TextStyle, WHITE};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, ShapeStyle};
 use resvg::{tiny_skia, usvg};
+use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::sync::{Arc, OnceLock};
 
@@ -34,6 +35,9 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
 ];
 
+/// Number of marker shapes.
+const SHAPES: usize = 7;
+
 /// The colour of the i-th strategy.
 pub(super) fn colour(index: usize) -> RGBColor {
     COLOURS[index % COLOURS.len()]
@@ -52,8 +56,8 @@ pub(super) enum Anchor {
     Centre,
 }
 
-/// An SVG picture of so many pixels with a title and what `draw` puts into it.
-pub(super) fn svg(width: f64, height: f64, title: &str, draw: impl FnOnce(&Canvas)) -> String {
+/// An SVG picture of so many pixels with a title, a text for readers who cannot see it, and what `draw` puts into it.
+pub(super) fn svg((width, height): (f64, f64), title: &str, alt: &str, draw: impl FnOnce(&Canvas)) -> String {
     let mut text = String::new();
     let (units_x, units_y) = ((width * UNIT) as u32, (height * UNIT) as u32);
     {
@@ -63,20 +67,13 @@ pub(super) fn svg(width: f64, height: f64, title: &str, draw: impl FnOnce(&Canva
         draw(&Canvas(area));
     }
     let body = text.split_once('>').map_or("", |p| p.1);
-    let title: String = title.chars().fold(String::new(), |mut s, c| {
-        match c {
-            '<' => s.push_str("&lt;"),
-            '>' => s.push_str("&gt;"),
-            '&' => s.push_str("&amp;"),
-            _ => s.push(c),
-        }
-        s
-    });
+    let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    let (title, alt) = (escape(title), escape(alt));
     let mut out = String::new();
     let _ = write!(
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {units_x} {units_y}\">\n<title>{title}</title>{body}"
+         viewBox=\"0 0 {units_x} {units_y}\">\n<title>{title}</title>\n<desc>{alt}</desc>{body}"
     );
     out
 }
@@ -131,32 +128,41 @@ impl Canvas<'_> {
         let _ = self.0.draw_text(text, &style, units(at));
     }
 
-    /// The i-th strategy's marker: six shapes, filled for the first six strategies, hollow for the next six.
-    pub(super) fn marker(&self, index: usize, at: (f64, f64), hollow: bool) {
-        let hollow = hollow != ((index / 6) % 2 == 1);
-        let (x, y) = at;
-        let r = 4.0;
-        let ngon = |n: usize, r: f64, turn: f64| -> Vec<(f64, f64)> {
-            let angle = |i: usize| std::f64::consts::TAU * (i as f64 / n as f64) + turn;
-            (0..n).map(|i| (x + r * angle(i).sin(), y - r * angle(i).cos())).collect()
+    /// The i-th strategy's marker: seven shapes, filled for the first seven strategies, hollow for the next seven.
+    pub(super) fn marker(&self, index: usize, at: (f64, f64)) {
+        self.shape(index, at, (index / SHAPES) % 2 == 1);
+    }
+
+    /// The i-th strategy's shape, filled or hollow.
+    pub(super) fn shape(&self, index: usize, (x, y): (f64, f64), hollow: bool) {
+        let inside = if hollow { WHITE } else { colour(index) };
+        let polygon = |n: usize, radius: f64, turn: f64| -> Vec<(f64, f64)> {
+            let angle = |i: usize| TAU * (i as f64 / n as f64 + turn);
+            (0..n).map(|i| (x + radius * angle(i).sin(), y - radius * angle(i).cos())).collect()
         };
-        let half = std::f64::consts::PI;
-        let points = match index % 6 {
-            0 => {
-                let style =
-                    |c: RGBColor, filled| ShapeStyle { color: c.to_rgba(), filled, stroke_width: (1.4 * UNIT) as u32 };
-                let circle = |r: f64, s| Circle::new(units(at), (r * UNIT) as i32, s);
-                let _ = self.0.draw(&circle(r, style(if hollow { WHITE } else { colour(index) }, true)));
-                let _ = self.0.draw(&circle(r, style(colour(index), false)));
-                return;
+        let points = match index % SHAPES {
+            0 => polygon(24, 4.1, 0.0),
+            1 => polygon(4, 5.2, 0.125),
+            2 => polygon(3, 5.8, 0.0),
+            3 => polygon(4, 5.4, 0.0),
+            4 => polygon(3, 5.8, 0.5),
+            5 => polygon(6, 4.8, 0.0),
+            _ => {
+                let (arm, half) = (5.4, 1.9);
+                let corner = [(half, -arm), (half, -half), (arm, -half)];
+                (0..4)
+                    .flat_map(|q| {
+                        corner.map(|(dx, dy)| match q {
+                            0 => (x + dx, y + dy),
+                            1 => (x - dy, y + dx),
+                            2 => (x - dx, y - dy),
+                            _ => (x + dy, y - dx),
+                        })
+                    })
+                    .collect()
             }
-            1 => ngon(4, r * 1.3, half / 4.0),
-            2 => ngon(3, r * 1.45, 0.0),
-            3 => ngon(4, r * 1.35, 0.0),
-            4 => ngon(3, r * 1.45, half),
-            _ => ngon(6, r * 1.2, 0.0),
         };
-        self.fill(&points, if hollow { WHITE } else { colour(index) }, 1.0);
+        self.fill(&points, inside, 1.0);
         let closed: Vec<_> = points.iter().chain(&points[..2]).copied().collect();
         self.line(&closed, colour(index), 1.4);
     }
@@ -217,16 +223,22 @@ pub(super) struct Tick {
 }
 
 impl Axis {
-    /// Where a value lies; outside the axis its end. Values that a logarithm does not have lie at the start.
+    /// Where a value lies; outside the axis its end.
     pub(super) fn at(&self, value: f64) -> f64 {
+        let (low, high) = (self.start.min(self.end), self.start.max(self.end));
+        self.beyond(value).clamp(low, high)
+    }
+
+    /// Where a value lies, even outside the axis. Values that a logarithm does not have lie far before its start.
+    pub(super) fn beyond(&self, value: f64) -> f64 {
         let t = if self.scale == Scale::Linear {
             (value - self.from) / (self.to - self.from)
         } else if value > 0.0 {
             (value / self.from).ln() / (self.to / self.from).ln()
         } else {
-            0.0
+            -1e3
         };
-        self.start + t.clamp(0.0, 1.0) * (self.end - self.start)
+        self.start + t.clamp(-1e3, 1e3) * (self.end - self.start)
     }
 
     /// Ticks whose labels have `room` pixels each.
@@ -264,7 +276,7 @@ impl Axis {
         // Short axes need labels between the powers of ten.
         let labelled: &[i32] = if span < 0.8 && most >= 9.0 * span {
             &[1, 2, 3, 4, 5, 6, 7, 8, 9]
-        } else if span < 2.2 && most >= 3.0 * span {
+        } else if span < 3.2 && most >= 3.0 * span {
             &[1, 2, 5]
         } else {
             &[1]
@@ -382,6 +394,25 @@ impl Frame {
             canvas.text(text, (left - 8.0, at), Anchor::Right, TEXT - 1.0, INK);
         }
     }
+}
+
+/// The part of a polygon between two heights (Sutherland and Hodgman 1974).
+pub(super) fn clip(points: &[(f64, f64)], top: f64, bottom: f64) -> Vec<(f64, f64)> {
+    let cut = |points: &[(f64, f64)], edge: f64, inside: &dyn Fn(f64) -> bool| {
+        let mut out = Vec::new();
+        for (i, &(x, y)) in points.iter().enumerate() {
+            let (px, py) = points[(i + points.len() - 1) % points.len()];
+            if inside(y) != inside(py) {
+                out.push((px + (x - px) * (edge - py) / (y - py), edge));
+            }
+            if inside(y) {
+                out.push((x, y));
+            }
+        }
+        out
+    };
+    let below_top = cut(points, top, &|y| y >= top);
+    cut(&below_top, bottom, &|y| y <= bottom)
 }
 
 /// Pixels: width, height and RGB bytes, row by row.

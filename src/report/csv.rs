@@ -9,7 +9,7 @@ const COLUMNS: [&str; 9] =
     ["scene", "strategy", "device", "replicate", "spp", "seconds", "metric", "value", "predicted"];
 
 /// The file's text. Numbers are written with as many digits as read back to the same bits; replicates count from 0.
-pub fn curves(record: &Record) -> Result<String> {
+pub(super) fn curves(record: &Record) -> Result<String> {
     let encode = |e: ::csv::Error| Error::io("curves.csv", std::io::Error::other(e));
     let mut writer = ::csv::Writer::from_writer(Vec::new());
     writer.write_record(COLUMNS).map_err(encode)?;

@@ -1,9 +1,9 @@
 //! `report.html`: one file with everything in it, for a browser without network or JavaScript.
 
 use super::number::{format_interval, percent, significant};
-use super::table::{scene_table, word};
-use super::{Figure, Headline};
-use crate::record::{MetricInfo, Record, SceneResult, Verdict};
+use super::table::{common_spp, scene_table, word};
+use super::{Figure, Headline, plain};
+use crate::record::{ClaimResult, MetricInfo, Record, SceneResult, StrategyResult, Verdict};
 use serde::Serialize;
 
 /// The page around the results. Its name ends in `.html`, so that every value is escaped.
@@ -33,20 +33,22 @@ struct Claim<'a> {
 
 #[derive(Serialize)]
 struct Scene {
+    name: String,
     heading: String,
-    columns: Vec<String>,
-    rows: Vec<Vec<String>>,
     notes: Vec<String>,
-    ratios: Vec<Vec<String>>,
-    costs: Costs,
+    summary: Grid,
+    /// Further tables, those without rows left out.
+    tables: Vec<Grid>,
     reference: Vec<(&'static str, String)>,
     figures: Vec<Picture>,
 }
 
-/// What each wanted error costs, a row per strategy.
+/// A table with a row per strategy.
 #[derive(Serialize)]
-struct Costs {
-    targets: Vec<String>,
+struct Grid {
+    title: String,
+    caption: String,
+    columns: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
@@ -91,7 +93,7 @@ pub(super) fn page(record: &Record, figures: &[Vec<Figure>]) -> String {
     template.render(minijinja::value::Serde(&page)).expect("plain data")
 }
 
-fn claim(claim: &crate::record::ClaimResult) -> Claim<'_> {
+fn claim(claim: &ClaimResult) -> Claim<'_> {
     let class = match claim.verdict {
         Verdict::Supported => "supported",
         Verdict::Refuted => "refuted",
@@ -117,48 +119,104 @@ fn scene(record: &Record, scene: &SceneResult, headline: &Headline, figures: &[F
     }
     about.extend(reference.seconds.map(|s| ("seconds of sampling", significant(s, 3))));
     about.extend(reference.image.clone().map(|i| ("image", i)));
+    let tables = [metrics(record, scene), costs(scene, headline), ratios(scene), strategies(scene)];
+    let summary = Grid { title: "Summary".into(), caption: String::new(), columns: table.columns, rows: table.rows };
     Scene {
+        name: plain(&scene.name),
         heading: table.heading,
-        columns: table.columns,
-        rows: table.rows,
         notes: table.notes,
-        ratios: ratios(scene),
-        costs: costs(scene, headline),
+        summary,
+        tables: tables.into_iter().filter(|t| !t.rows.is_empty()).collect(),
         reference: about,
         figures: figures.iter().map(picture).collect(),
     }
 }
 
+/// A table from heads and rows.
+fn grid(title: &str, caption: &str, columns: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Grid {
+    let columns = std::iter::once("strategy").chain(columns.iter().copied()).map(str::to_owned).collect();
+    Grid { title: title.into(), caption: caption.into(), columns, rows: rows.collect() }
+}
+
+/// Every metric at the largest N that all strategies share.
+fn metrics(record: &Record, scene: &SceneResult) -> Grid {
+    let spp = common_spp(scene);
+    let columns: Vec<_> = record.metrics.iter().flat_map(|m| [m.name.as_str(), "without the largest 0.1 %"]).collect();
+    let row = |s: &StrategyResult| {
+        let point = s.checkpoints.iter().find(|c| Some(c.spp) == spp)?;
+        let cells = point
+            .metrics
+            .iter()
+            .flat_map(|m| [format_interval(&m.mean, ""), m.trimmed.map_or_else(|| "–".into(), |t| significant(t, 3))]);
+        Some(std::iter::once(plain(&s.name)).chain(cells).collect())
+    };
+    let caption = "The metrics themselves, not their roots: mean over replicates with interval, and the same mean without \
+                   the 0.1 % largest terms of each replicate. Where the two differ much, a few pixels decide.";
+    let title = spp.map_or_else(|| "All metrics".into(), |n| format!("All metrics at N = {n}"));
+    grid(&title, caption, &columns, scene.strategies.iter().filter_map(row))
+}
+
 /// Variance over the first strategy's, with the spread over pixels.
-fn ratios(scene: &SceneResult) -> Vec<Vec<String>> {
-    let row = |s: &crate::record::StrategyResult| {
+fn ratios(scene: &SceneResult) -> Grid {
+    let row = |s: &StrategyResult| {
         let ratio = s.variance_ratio?;
-        let mut row =
-            vec![s.name.clone(), format_interval(&s.relative_variance, ""), format_interval(&ratio.ratio, "")];
         let quantiles = ratio.quantiles.map_or_else(|| vec!["–".into(); 5], |q| q.map(|v| significant(v, 3)).to_vec());
+        let mut row =
+            vec![plain(&s.name), format_interval(&s.relative_variance, ""), format_interval(&ratio.ratio, "")];
         row.extend(quantiles);
         Some(row)
     };
-    scene.strategies.iter().filter_map(row).collect()
+    let caption = "Relative variance of one sample, its ratio to the first strategy's, and quantiles of that ratio over \
+                   pixels: the ratio of a whole image may hide that most pixels say otherwise.";
+    let columns = ["relative variance", "ratio", "5 %", "25 %", "50 %", "75 %", "95 %"];
+    grid("Variance", caption, &columns, scene.strategies.iter().filter_map(row))
 }
 
-fn costs(scene: &SceneResult, headline: &Headline) -> Costs {
-    let cell = |s: &crate::record::StrategyResult, t: f64| {
+/// What each wanted error costs.
+fn costs(scene: &SceneResult, headline: &Headline) -> Grid {
+    let cell = |s: &StrategyResult, t: f64| {
         let Some(cost) = s.cost.iter().find(|c| c.target == t) else { return "–".to_owned() };
         let mark = if cost.extrapolated { "*" } else { "" };
         let seconds = cost.seconds.map_or_else(|| "no basis".into(), |i| format!("{} s", format_interval(&i, mark)));
         format!("{seconds}, N ≈ {}", significant(cost.spp, 3))
     };
-    let row = |s: &crate::record::StrategyResult| {
-        let mut row = vec![s.name.clone()];
-        row.extend(scene.targets.iter().map(|&t| cell(s, t)));
+    let row =
+        |s: &StrategyResult| std::iter::once(plain(&s.name)).chain(scene.targets.iter().map(|&t| cell(s, t))).collect();
+    let caption =
+        "Seconds of sampling with interval, and samples per value. *: extrapolated beyond the largest N measured.";
+    let targets: Vec<_> = scene.targets.iter().map(|&t| headline.target(t)).collect();
+    let columns: Vec<_> = targets.iter().map(String::as_str).collect();
+    grid(
+        "Cost of each wanted error",
+        caption,
+        &columns,
+        scene.strategies.iter().filter(|s| !s.cost.is_empty()).map(row),
+    )
+}
+
+/// What each strategy is.
+fn strategies(scene: &SceneResult) -> Grid {
+    // The axes under their names in experiment files, in the order of the type.
+    let axes = |s: &StrategyResult| match serde_json::to_value(s.strategy) {
+        Ok(serde_json::Value::Object(axes)) => axes,
+        _ => serde_json::Map::new(),
+    };
+    let word = |v: &serde_json::Value| match v {
+        serde_json::Value::Null => "the scene's".to_owned(),
+        serde_json::Value::String(s) => s.clone(),
+        other => other.to_string(),
+    };
+    let names = scene.strategies.first().map(|s| axes(s).keys().map(|k| k.replace('_', " ")).collect::<Vec<_>>());
+    let names = names.unwrap_or_default();
+    let columns: Vec<_> =
+        ["device", "samples", "set-up (s)"].into_iter().chain(names.iter().map(String::as_str)).collect();
+    let row = |s: &StrategyResult| {
+        let dependence = serde_json::to_value(s.dependence).map_or_else(|_| String::new(), |v| word(&v));
+        let mut row = vec![plain(&s.name), plain(&s.device), dependence, significant(s.setup_seconds, 2)];
+        row.extend(axes(s).values().map(word));
         row
     };
-    let any = scene.strategies.iter().any(|s| !s.cost.is_empty());
-    Costs {
-        targets: scene.targets.iter().map(|&t| headline.target(t)).collect(),
-        rows: if any { scene.strategies.iter().map(row).collect() } else { vec![] },
-    }
+    grid("Strategies", "How each one draws its samples.", &columns, scene.strategies.iter().map(row))
 }
 
 fn picture(figure: &Figure) -> Picture {

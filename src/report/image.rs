@@ -24,6 +24,8 @@ const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
 struct Panel {
     name: String,
     image: Image,
+    /// Pixels of the field per pixel of `image`, along each axis.
+    step: usize,
 }
 
 /// A field of 1 or 3 channels, interleaved.
@@ -62,7 +64,7 @@ fn panel(name: &str, layers: &Layers, layer: &str) -> Option<Panel> {
     let (width, height) = (layers.width, layers.height);
     let step = width.div_ceil(PANEL.0 * 3 / 2).max(height.div_ceil(PANEL.1 * 3 / 2)).max(1);
     let image = Image { width, height, channels, values };
-    Some(Panel { name: name.to_owned(), image: if step > 1 { image.shrunk(step) } else { image } })
+    Some(Panel { name: name.to_owned(), image: if step > 1 { image.shrunk(step) } else { image }, step })
 }
 
 impl Image {
@@ -131,8 +133,8 @@ impl<'a> Sheet<'a> {
         foot: impl FnOnce(&Canvas, f64),
         pixel: impl Fn(&Panel, usize) -> [u8; 3],
     ) -> Vec<u8> {
-        let (width, height) = self.size();
-        let drawing = svg(width, height, title, |canvas| {
+        let size = self.size();
+        let drawing = svg(size, title, "", |canvas| {
             for (i, panel) in self.panels.iter().enumerate() {
                 let (x, y) = self.origin(i);
                 let name = fit(&panel.name, self.cell.0 - GAP, TEXT);
@@ -142,7 +144,7 @@ impl<'a> Sheet<'a> {
                 let (l, t, r, b) = (x - 0.5, y - 0.5, x + w + 0.5, y + h + 0.5);
                 canvas.line(&[(l, t), (r, t), (r, b), (l, b), (l, t), (r, t)], GREY, 1.0);
             }
-            foot(canvas, height - self.foot);
+            foot(canvas, size.1 - self.foot);
         });
         let mut sheet = rasterise(&drawing, SCALE as f32);
         for (i, panel) in self.panels.iter().enumerate() {
@@ -172,11 +174,10 @@ impl<'a> Sheet<'a> {
     }
 
     /// How panels relate to pixels, in words.
-    fn sampling(&self, full_width: usize) -> String {
-        let shown = self.panels.first().map_or(1, |p| p.image.width.max(1));
-        match full_width.div_ceil(shown) {
-            0 | 1 => format!("One pixel of the image is {0} × {0} pixels here.", self.factor),
-            step => format!("Averaged over {step} × {step} pixels to fit."),
+    fn sampling(&self) -> String {
+        match self.panels.iter().map(|p| p.step).max() {
+            None | Some(1) => format!("One pixel of the image is {0} × {0} pixels here.", self.factor),
+            Some(step) => format!("Averaged over {step} × {step} pixels to fit."),
         }
     }
 }
@@ -209,7 +210,7 @@ fn variance_maps(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Fi
         "Variance of one sample, mean over channels, on one logarithmic scale for all strategies. Where a map is darker, \
          that strategy's samples agree better. The ends of the bar are the 1 % and 99.9 % quantiles; beyond them the end \
          colours go on. Black: no variance at all; magenta: not a number. {}",
-        sheet.sampling(scene.shape[0])
+        sheet.sampling()
     );
     let median = |values: &[f64]| {
         let mut values: Vec<f64> = values.to_vec();
@@ -268,7 +269,7 @@ fn tone_mapped(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Figu
     let caption = format!(
         "Means over all replicates beside the reference; sRGB, {exposed} for all, values above white cut for display only. \
          They should look alike: what differs beyond noise is bias. {}",
-        sheet.sampling(scene.shape[0])
+        sheet.sampling()
     );
     let names = panels.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
     let alt = format!("{title}: {names}.");

@@ -2,11 +2,13 @@
 //! record gives the same bytes on every machine: fonts are built in, nothing asks for the time.
 
 mod canvas;
+mod cost;
 mod csv;
 mod html;
 mod image;
 mod number;
 mod plot;
+mod probe;
 mod table;
 
 use crate::error::Result;
@@ -22,7 +24,7 @@ pub fn write(record: &Record, folder: &Path) -> Result<Vec<PathBuf>> {
     let figures = figures(record, folder)?;
     let mut files = vec![
         (folder.join("curves.csv"), csv::curves(record)?.into_bytes()),
-        (folder.join("summary.md"), table::markdown(record).into_bytes()),
+        (folder.join("summary.md"), table::markdown(record, &figures).into_bytes()),
         (folder.join("report.html"), html::page(record, &figures).into_bytes()),
     ];
     for figure in figures.into_iter().flatten() {

@@ -1,20 +1,20 @@
-//! Curves as SVG and PNG: error against N and against time, what errors cost, running means of probe pixels.
+//! Error against N and against time, as SVG and PNG; what all plots of a scene share.
 
 use super::canvas::{
-    Anchor, Axis, Canvas, Frame, GREY, INK, Scale, TEXT, colour, fit, png, rasterise, svg, text_width,
+    Anchor, Axis, Canvas, Frame, GREY, INK, Scale, TEXT, clip, colour, fit, png, rasterise, svg, text_width,
 };
-use super::number::{format_interval, percent, significant};
-use super::{Figure, Headline, plain};
-use crate::record::{Dependence, Interval, Record, SceneResult};
+use super::number::{percent, significant};
+use super::{Figure, Headline, cost, plain, probe};
+use crate::record::{Dependence, Interval, Record, SceneResult, StrategyResult};
 use std::collections::BTreeMap;
 
 /// Pixels of PNG per pixel of SVG.
 const PNG_SCALE: f32 = 2.0;
 
 /// What every plot of a scene needs.
-struct Context<'a> {
-    scene: &'a SceneResult,
-    headline: Headline,
+pub(super) struct Context<'a> {
+    pub scene: &'a SceneResult,
+    pub headline: Headline,
     /// Colour and marker of each strategy: by first appearance in the record, the same in every scene.
     styles: BTreeMap<&'a str, usize>,
     stem: &'a str,
@@ -29,17 +29,19 @@ pub(super) fn figures(record: &Record, scene: &SceneResult, stem: &str) -> Vec<F
     }
     let context = Context { scene, headline: Headline::of(record), styles, stem };
     let mut figures: Vec<Figure> =
-        [error_by_spp(&context), error_by_seconds(&context), cost(&context)].into_iter().flatten().collect();
-    figures.extend(probes(&context));
+        [error_by_spp(&context), error_by_seconds(&context), cost::figure(&context)].into_iter().flatten().collect();
+    figures.extend(probe::figures(&context));
     figures
 }
 
 impl Context<'_> {
-    fn style(&self, name: &str) -> usize {
+    /// Index of a strategy's colour and marker.
+    pub(super) fn style(&self, name: &str) -> usize {
         self.styles.get(name).copied().unwrap_or(0)
     }
 
-    fn figure(
+    /// A figure from its SVG.
+    pub(super) fn figure(
         &self,
         suffix: &str,
         title: String,
@@ -52,10 +54,18 @@ impl Context<'_> {
         Figure { stem: format!("{}-{suffix}", self.stem), title, caption, alt, notes, svg: Some(svg), png }
     }
 
-    /// The confidence of the bands, "95 %".
-    fn confidence(&self) -> String {
+    /// The confidence of intervals, "95 %".
+    pub(super) fn confidence(&self) -> String {
         let points = self.scene.strategies.iter().flat_map(|s| &s.checkpoints);
         percent(points.flat_map(|c| c.metrics.first()).map(|m| m.mean.confidence).next().unwrap_or(0.95))
+    }
+
+    /// Label of an axis of N.
+    pub(super) fn abscissa(&self) -> String {
+        match self.scene.abscissa.as_str() {
+            "spp" => "N (samples per pixel)".to_owned(),
+            other => format!("N ({})", plain(other)),
+        }
     }
 }
 
@@ -65,60 +75,77 @@ struct Curve {
     style: usize,
     /// Abscissa and error, both positive and finite.
     points: Vec<(f64, Interval)>,
+    /// Indices of points with a checkpoint missing before them: lines and bands stop there.
+    gaps: Vec<usize>,
     /// Abscissa and predicted error.
     predicted: Vec<(f64, f64)>,
     /// Abscissae at which the corrected error is not positive.
     below: Vec<f64>,
 }
 
+impl Curve {
+    /// The points in runs without gaps.
+    fn runs(&self) -> Vec<&[(f64, Interval)]> {
+        let ends = self.gaps.iter().copied().chain([self.points.len()]);
+        let mut start = 0;
+        ends.map(|end| &self.points[std::mem::replace(&mut start, end)..end]).collect()
+    }
+}
+
 /// The lines of a scene over an abscissa that `x` takes from a checkpoint's N and seconds, and notes on what is missing.
 fn curves(context: &Context, x: impl Fn(u64, &[f64]) -> f64) -> (Vec<Curve>, Vec<String>) {
     let mut notes = Vec::new();
-    let mut curves = Vec::new();
-    for strategy in &context.scene.strategies {
-        let name = plain(&strategy.name);
-        let mut curve =
-            Curve { style: context.style(&strategy.name), name, points: vec![], predicted: vec![], below: vec![] };
-        let (mut refused, mut below) = (Vec::new(), Vec::new());
-        for point in &strategy.checkpoints {
-            let at = x(point.spp, &point.seconds);
-            if point.refused.is_some() {
-                refused.push(point.spp);
-                continue;
-            }
-            if !(at > 0.0 && at.is_finite()) {
-                notes.push(format!("{}: no time for N = {}.", curve.name, point.spp));
-                continue;
-            }
-            match context.headline.at(point).filter(|e| e.estimate > 0.0 && e.estimate.is_finite()) {
-                Some(error) => curve.points.push((at, error)),
-                None => {
-                    curve.below.push(at);
-                    below.push(point.spp);
-                }
-            }
-            let predicted = point.predicted.and_then(|p| context.headline.value(p));
-            let shown = strategy.dependence == Dependence::Independent;
-            curve.predicted.extend(predicted.filter(|p| shown && *p > 0.0 && p.is_finite()).map(|p| (at, p)));
-        }
-        if !refused.is_empty() {
-            notes.push(format!(
-                "{}: N = {} left out, the reference is too noisy to judge it.",
-                curve.name,
-                list(&refused)
-            ));
-        }
-        if !below.is_empty() {
-            notes.push(format!(
-                "{}: no positive error at N = {}: below the reference's own noise after its correction, so that a \
-                 logarithmic axis has no place for it (arrow at the lower edge).",
-                curve.name,
-                list(&below)
-            ));
-        }
-        curves.push(curve);
-    }
+    let curves = context.scene.strategies.iter().map(|s| curve(context, s, &x, &mut notes)).collect();
     (curves, notes)
+}
+
+/// One strategy's line.
+fn curve(
+    context: &Context,
+    strategy: &StrategyResult,
+    x: impl Fn(u64, &[f64]) -> f64,
+    notes: &mut Vec<String>,
+) -> Curve {
+    let (name, style) = (plain(&strategy.name), context.style(&strategy.name));
+    let mut curve = Curve { name, style, points: vec![], gaps: vec![], predicted: vec![], below: vec![] };
+    let (mut refused, mut below, mut untimed) = (Vec::new(), Vec::new(), Vec::new());
+    let mut broken = false;
+    for point in &strategy.checkpoints {
+        let at = x(point.spp, &point.seconds);
+        let error = context.headline.at(point).filter(|e| e.estimate > 0.0 && e.estimate.is_finite());
+        match error {
+            _ if point.refused.is_some() => refused.push(point.spp),
+            _ if !(at > 0.0 && at.is_finite()) => untimed.push(point.spp),
+            None => {
+                curve.below.push(at);
+                below.push(point.spp);
+            }
+            Some(error) => {
+                if std::mem::take(&mut broken) {
+                    curve.gaps.push(curve.points.len());
+                }
+                curve.points.push((at, error));
+                let independent = strategy.dependence == Dependence::Independent;
+                let predicted = point.predicted.filter(|_| independent).and_then(|p| context.headline.value(p));
+                curve.predicted.extend(predicted.filter(|p| *p > 0.0 && p.is_finite()).map(|p| (at, p)));
+                continue;
+            }
+        }
+        broken = true;
+    }
+    let mut note = |spp: &[u64], text: &str| {
+        if !spp.is_empty() {
+            notes.push(format!("{}: N = {}: {text}.", curve.name, list(spp)));
+        }
+    };
+    note(&refused, "left out, the reference is too noisy to judge it");
+    note(&untimed, "left out, no time was taken");
+    note(
+        &below,
+        "no positive error, it is below the reference's own noise after its correction; a logarithmic axis has no place \
+         for it (arrow at the lower edge)",
+    );
+    curve
 }
 
 /// "1, 2 and 4".
@@ -129,7 +156,7 @@ fn list(values: &[u64]) -> String {
 }
 
 /// Smallest and largest of positive numbers, `pad` beyond; `None` of none.
-fn log_range(values: impl Iterator<Item = f64>, pad: f64) -> Option<(f64, f64)> {
+pub(super) fn log_range(values: impl Iterator<Item = f64>, pad: f64) -> Option<(f64, f64)> {
     let positive = values.filter(|v| *v > 0.0 && v.is_finite());
     let range = positive.fold(None, |r: Option<(f64, f64)>, v| Some(r.map_or((v, v), |(l, h)| (l.min(v), h.max(v)))));
     range.map(|(l, h)| (l / pad, h * pad))
@@ -152,56 +179,70 @@ fn error_by_spp(context: &Context) -> Option<Figure> {
     let headline = &context.headline;
     let variance = context.scene.reference.variance;
     let floor = headline.value(variance).filter(|f| headline.squared && *f > 0.0 && f.is_finite());
-    let x_label = match context.scene.abscissa.as_str() {
-        "spp" => "N (samples per pixel)".to_owned(),
-        other => format!("N ({other})"),
-    };
     let range = error_range(&curves, floor)?;
     let drawn = floor.filter(|f| *f > range.0);
     if let (Some(floor), None) = (floor, drawn) {
         let unit = &headline.unit;
         notes.push(format!("The reference floor, {} {unit}, lies far below this plot.", significant(floor, 2)));
     }
-    let plot = LinePlot { curves: &curves, headline, floor: drawn, range, x_scale: Scale::Octaves, x_label: &x_label };
-    let scene = plain(&context.scene.name);
-    let predicted = curves.iter().any(|c| !c.predicted.is_empty());
+    let confidence = context.confidence();
     let mut caption = format!(
-        "{} against the number of samples, both logarithmic. Markers: mean over replicates; band: {} interval of that mean.",
-        headline.name,
-        context.confidence()
+        "{} against the number of samples, both logarithmic. Marks: mean over replicates; band: {confidence} interval of \
+         that mean.",
+        headline.name
     );
-    if predicted {
-        caption.push_str(" Dashed: what σ/√N predicts from the samples' own variance; where the marks leave it, samples are not independent, biased or heavy-tailed.");
+    if curves.iter().any(|c| !c.predicted.is_empty()) {
+        caption.push_str(
+            " Dashed: what σ/√N predicts from the samples' own variance; where the marks leave it, samples depend on one \
+             another, are biased or heavy-tailed.",
+        );
     }
     if drawn.is_some() {
         caption.push_str(" Dotted: the reference's own error, already subtracted; errors near it are uncertain.");
     }
-    caption.push_str(" Read downwards: lower is better; a steeper line converges faster.");
+    caption.push_str(" Lower is better; a steeper line converges faster.");
+    let scene = plain(&context.scene.name);
     let alt = format!("{} against N on {scene}: {}.", headline.name, describe(&curves, context));
-    Some(context.figure("error-spp", "Error against samples".into(), caption, alt, notes, plot.svg(&scene)))
+    let plot = LinePlot {
+        curves: &curves,
+        headline,
+        floor: drawn,
+        range,
+        x_scale: Scale::Octaves,
+        x_label: &context.abscissa(),
+        confidence: &confidence,
+        alt: &alt,
+    };
+    let svg = plot.svg(&scene);
+    Some(context.figure("error-spp", "Error against samples".into(), caption, alt, notes, svg))
 }
 
 /// Error against time.
 fn error_by_seconds(context: &Context) -> Option<Figure> {
     let mean = |_: u64, seconds: &[f64]| seconds.iter().sum::<f64>() / seconds.len() as f64;
-    let (curves, mut notes) = curves(context, mean);
-    for curve in &curves {
-        notes.retain(|n| !n.starts_with(&format!("{}: N = ", curve.name)));
-    }
-    let headline = &context.headline;
+    let (curves, notes) = curves(context, mean);
     let curves: Vec<_> = curves.into_iter().map(|c| Curve { predicted: vec![], ..c }).collect();
+    let headline = &context.headline;
     let range = error_range(&curves, None)?;
-    let x_label = "sampling time per replicate (s)";
-    let plot = LinePlot { curves: &curves, headline, floor: None, range, x_scale: Scale::Decades, x_label };
-    let scene = plain(&context.scene.name);
+    let (scene, confidence) = (plain(&context.scene.name), context.confidence());
     let caption = format!(
-        "{} against seconds of sampling, set-up left out, both logarithmic; mean over replicates with its {} interval. \
-         Read across: at equal error, the line further left is cheaper.",
-        headline.name,
-        context.confidence()
+        "{} against seconds of sampling, set-up left out, both logarithmic; mean over replicates with its {confidence} \
+         interval. Read across: at equal error, the line further left is cheaper.",
+        headline.name
     );
     let alt = format!("{} against seconds on {scene}: {}.", headline.name, describe(&curves, context));
-    Some(context.figure("error-seconds", "Error against time".into(), caption, alt, notes, plot.svg(&scene)))
+    let plot = LinePlot {
+        curves: &curves,
+        headline,
+        floor: None,
+        range,
+        x_scale: Scale::Decades,
+        x_label: "sampling time per replicate (s)",
+        confidence: &confidence,
+        alt: &alt,
+    };
+    let svg = plot.svg(&scene);
+    Some(context.figure("error-seconds", "Error against time".into(), caption, alt, notes, svg))
 }
 
 /// "mis falls from 12 to 0.75 %, …".
@@ -223,6 +264,9 @@ struct LinePlot<'a> {
     range: (f64, f64),
     x_scale: Scale,
     x_label: &'a str,
+    /// Confidence of the bands, as text.
+    confidence: &'a str,
+    alt: &'a str,
 }
 
 impl LinePlot<'_> {
@@ -249,7 +293,7 @@ impl LinePlot<'_> {
                 end: Self::TOP,
             },
         };
-        svg(Self::WIDTH, height, &format!("{} on {scene}", self.headline.name), |canvas| {
+        svg((Self::WIDTH, height), &format!("{} on {scene}", self.headline.name), self.alt, |canvas| {
             frame.draw(canvas, self.x_label, &self.headline.label());
             self.key(canvas);
             self.draw_floor(canvas, &frame);
@@ -282,7 +326,8 @@ impl LinePlot<'_> {
             }
             canvas.line(&[(x, y), (x + 26.0, y)], GREY, 1.6);
         };
-        entry(&mean, if band { "mean and its interval" } else { "measured" });
+        let interval = format!("mean and {} interval", self.confidence);
+        entry(&mean, if band { &interval } else { "measured" });
         if self.curves.iter().any(|c| !c.predicted.is_empty()) {
             entry(&|x| canvas.dashes(&[(x, y), (x + 26.0, y)], GREY, 1.2, (5.0, 3.0)), "predicted, σ/√N");
         }
@@ -300,13 +345,12 @@ impl LinePlot<'_> {
     }
 
     fn draw_band(&self, canvas: &Canvas, frame: &Frame, curve: &Curve) {
-        let bounds = |p: &&(f64, Interval)| p.1.lower.is_some() && p.1.upper.is_some();
-        let points: Vec<_> = curve.points.iter().filter(bounds).collect();
-        let edge = |p: &(f64, Interval), b: Option<f64>| (frame.x.at(p.0), frame.y.at(b.unwrap_or(p.1.estimate)));
-        let lower = points.iter().map(|p| edge(p, p.1.lower));
-        let upper = points.iter().rev().map(|p| edge(p, p.1.upper));
-        if points.len() > 1 {
-            canvas.fill(&lower.chain(upper).collect::<Vec<_>>(), colour(curve.style), 0.18);
+        let edge = |x: f64, bound: f64| (frame.x.at(x), frame.y.beyond(bound));
+        for run in curve.runs() {
+            let lower = run.iter().filter_map(|p| Some(edge(p.0, p.1.lower?)));
+            let upper = run.iter().rev().filter_map(|p| Some(edge(p.0, p.1.upper?)));
+            let band: Vec<_> = lower.chain(upper).collect();
+            canvas.fill(&clip(&band, frame.y.end, frame.y.start), colour(curve.style), 0.18);
         }
     }
 
@@ -367,7 +411,7 @@ impl LinePlot<'_> {
             if let Some(point) = curve.points.last().filter(|p| p.0 == last && self.x_scale == Scale::Octaves) {
                 canvas.line(&[(frame.x.at(point.0) + 7.0, from), (x - 7.0, y)], colour(curve.style), 0.6);
             }
-            canvas.marker(curve.style, (x, y), false);
+            canvas.marker(curve.style, (x, y));
             let name = fit(&curve.name, Self::LONGEST_LABEL, TEXT);
             canvas.text(&name, (x + 10.0, y), Anchor::Left, TEXT, INK);
         }
@@ -395,187 +439,16 @@ fn draw_curve(canvas: &Canvas, frame: &Frame, curve: &Curve) {
     if predicted.len() > 1 {
         canvas.dashes(&predicted, ink, 1.2, (5.0, 3.0));
     }
-    let points: Vec<_> = curve.points.iter().map(|p| (frame.x.at(p.0), frame.y.at(p.1.estimate))).collect();
-    if points.len() > 1 {
+    for run in curve.runs() {
+        let points: Vec<_> = run.iter().map(|p| (frame.x.at(p.0), frame.y.at(p.1.estimate))).collect();
         canvas.line(&points, ink, 1.6);
-    }
-    for at in points {
-        canvas.marker(curve.style, at, false);
+        for at in points {
+            canvas.marker(curve.style, at);
+        }
     }
     for x in &curve.below {
         let (x, y) = (frame.x.at(*x), frame.y.start);
         canvas.line(&[(x, y - 16.0), (x, y - 4.0)], ink, 1.6);
         canvas.fill(&[(x - 4.0, y - 7.0), (x + 4.0, y - 7.0), (x, y - 1.0)], ink, 1.0);
     }
-}
-
-/// Seconds that each wanted error costs: a point and an interval per strategy.
-fn cost(context: &Context) -> Option<Figure> {
-    const WIDTH: f64 = 740.0;
-    const ROW: f64 = 20.0;
-    const HEAD: f64 = 28.0;
-    let scene = context.scene;
-    let cost = |s: &crate::record::StrategyResult, t: f64| s.cost.iter().find(|c| c.target == t).copied();
-    let seconds = scene.strategies.iter().flat_map(|s| &s.cost).filter_map(|c| c.seconds);
-    let bounds = seconds.flat_map(|i| {
-        [Some(i.estimate), i.lower.filter(|l| *l > i.estimate / 10.0), i.upper.filter(|u| *u < i.estimate * 10.0)]
-    });
-    let (from, to) = log_range(bounds.flatten(), 1.3)?;
-    let targets: Vec<f64> =
-        scene.targets.iter().copied().filter(|t| scene.strategies.iter().any(|s| cost(s, *t).is_some())).collect();
-    let names = scene.strategies.iter().map(|s| text_width(&plain(&s.name), TEXT)).fold(0.0, f64::max).min(190.0);
-    let left = names + 36.0;
-    let height = targets.len() as f64 * (HEAD + scene.strategies.len() as f64 * ROW) + 70.0;
-    let x = Axis { scale: Scale::Decades, from, to, start: left, end: WIDTH - 190.0 };
-    let frame = Frame { x, y: Axis { scale: Scale::Linear, from: 0.0, to: 1.0, start: height - 52.0, end: 10.0 } };
-    let title = format!("Cost of errors on {}", plain(&scene.name));
-    let picture = svg(WIDTH, height, &title, |canvas| {
-        frame.draw_rows(canvas, "seconds of sampling");
-        let mut y = 10.0;
-        for &target in &targets {
-            y += HEAD - 8.0;
-            let label = format!("{} = {}", context.headline.name, context.headline.target(target));
-            canvas.text(&label, (12.0, y), Anchor::Left, TEXT, INK);
-            y += 8.0;
-            for strategy in &scene.strategies {
-                y += ROW;
-                let style = context.style(&strategy.name);
-                canvas.text(
-                    &fit(&plain(&strategy.name), 190.0, TEXT),
-                    (left - 12.0, y),
-                    Anchor::Right,
-                    TEXT - 1.0,
-                    INK,
-                );
-                let found = cost(strategy, target);
-                let Some((cost, seconds)) = found.and_then(|c| Some((c, c.seconds?))) else {
-                    canvas.text("no basis for an estimate", (x.end + 12.0, y), Anchor::Left, TEXT - 2.0, GREY);
-                    continue;
-                };
-                if let (Some(lower), Some(upper)) = (seconds.lower, seconds.upper) {
-                    let (l, u) = (x.at(lower), x.at(upper));
-                    canvas.line(&[(l, y), (u, y)], colour(style), 1.6);
-                    for end in [l, u] {
-                        canvas.line(&[(end, y - 4.0), (end, y + 4.0)], colour(style), 1.6);
-                    }
-                }
-                canvas.marker(style, (x.at(seconds.estimate), y), cost.extrapolated);
-                let text = format_interval(&seconds, if cost.extrapolated { "*" } else { "" });
-                canvas.text(&text, (x.end + 12.0, y), Anchor::Left, TEXT - 1.0, INK);
-            }
-        }
-    });
-    let extrapolated = scene.strategies.iter().flat_map(|s| &s.cost).any(|c| c.extrapolated && c.seconds.is_some());
-    let mut caption = format!(
-        "Seconds of sampling that reach each wanted {}, with {} interval; logarithmic axis. Further left is cheaper; \
-         intervals that do not overlap are apart beyond doubt.",
-        context.headline.name,
-        context.confidence()
-    );
-    if extrapolated {
-        caption.push_str(" Marks of the other filling, with a star: extrapolated beyond the largest N measured.");
-    }
-    let rows = scene.strategies.iter().flat_map(|s| s.cost.iter().filter_map(move |c| Some((s, c, c.seconds?))));
-    let texts = rows.map(|(s, c, i)| {
-        format!("{} reaches {} in {} s", plain(&s.name), context.headline.target(c.target), significant(i.estimate, 2))
-    });
-    let alt = format!("{title}: {}.", texts.collect::<Vec<_>>().join(", "));
-    Some(context.figure("cost", "What an error costs".into(), caption, alt, vec![], picture))
-}
-
-/// Running means of probe pixels: one figure per pixel, one panel per strategy.
-fn probes(context: &Context) -> Vec<Figure> {
-    let mut pixels: Vec<[u32; 2]> = Vec::new();
-    for probe in context.scene.strategies.iter().flat_map(|s| &s.probes) {
-        if !pixels.contains(&probe.pixel) {
-            pixels.push(probe.pixel);
-        }
-    }
-    pixels.into_iter().filter_map(|pixel| probe_figure(context, pixel)).collect()
-}
-
-/// One probe pixel.
-fn probe_figure(context: &Context, pixel: [u32; 2]) -> Option<Figure> {
-    const PANEL: (f64, f64) = (176.0, 130.0);
-    const GAP: (f64, f64) = (16.0, 34.0);
-    const LEFT: f64 = 76.0;
-    const TOP: f64 = 26.0;
-    let found = context.scene.strategies.iter().filter_map(|s| Some((s, s.probes.iter().find(|p| p.pixel == pixel)?)));
-    let panels: Vec<_> = found.filter(|(_, p)| !p.points.is_empty()).collect();
-    let reference = panels.first()?.1.reference;
-    let points = || panels.iter().flat_map(|(_, p)| &p.points);
-    let (from, to) = log_range(points().map(|p| p.0 as f64), 1.2)?;
-    // Means and the tighter half of the intervals decide the range; the widest intervals, at the smallest N, are cut.
-    let mut reach: Vec<f64> =
-        points().flat_map(|p| [p.2, p.3]).filter(|v| v.is_finite()).map(|v| (v - reference).abs()).collect();
-    reach.sort_by(f64::total_cmp);
-    let typical = reach.get(reach.len() * 3 / 4).copied().unwrap_or(0.0);
-    let means = points().map(|p| (p.1 - reference).abs()).filter(|v| v.is_finite()).fold(typical, f64::max);
-    let half = if means > 0.0 { means * 1.1 } else { reference.abs().max(1.0) * 0.1 };
-    let columns = panels.len().min(3);
-    let rows = panels.len().div_ceil(columns);
-    let width = LEFT + columns as f64 * (PANEL.0 + GAP.0) + 8.0;
-    let height = TOP + rows as f64 * (PANEL.1 + GAP.1) + 36.0;
-    let title = format!("Running mean of pixel ({}, {}) on {}", pixel[0], pixel[1], plain(&context.scene.name));
-    let picture = svg(width.max(420.0), height, &title, |canvas| {
-        for (i, (strategy, probe)) in panels.iter().enumerate() {
-            let left = LEFT + (i % columns) as f64 * (PANEL.0 + GAP.0);
-            let top = TOP + (i / columns) as f64 * (PANEL.1 + GAP.1);
-            let frame = Frame {
-                x: Axis { scale: Scale::Octaves, from, to, start: left, end: left + PANEL.0 },
-                y: Axis {
-                    scale: Scale::Linear,
-                    from: reference - half,
-                    to: reference + half,
-                    start: top + PANEL.1,
-                    end: top,
-                },
-            };
-            frame.draw_panel(canvas, i % columns == 0, i + columns >= panels.len());
-            let style = context.style(&strategy.name);
-            let at = |n: u64, v: f64| (frame.x.at(n as f64), frame.y.at(v));
-            let bounded: Vec<_> = probe.points.iter().filter(|p| p.2.is_finite() && p.3.is_finite()).collect();
-            let lower = bounded.iter().map(|p| at(p.0, p.2));
-            let upper = bounded.iter().rev().map(|p| at(p.0, p.3));
-            if bounded.len() > 1 {
-                canvas.fill(&lower.chain(upper).collect::<Vec<_>>(), colour(style), 0.22);
-            }
-            canvas.dashes(
-                &[(left, frame.y.at(reference)), (left + PANEL.0, frame.y.at(reference))],
-                INK,
-                1.1,
-                (5.0, 3.0),
-            );
-            let means: Vec<_> = probe.points.iter().filter(|p| p.1.is_finite()).map(|p| at(p.0, p.1)).collect();
-            if means.len() > 1 {
-                canvas.line(&means, colour(style), 1.6);
-            }
-            for mean in means {
-                canvas.marker(style, mean, false);
-            }
-            canvas.text(&fit(&plain(&strategy.name), PANEL.0, TEXT), (left, top - 10.0), Anchor::Left, TEXT, INK);
-        }
-        let bottom = TOP + rows as f64 * (PANEL.1 + GAP.1) - GAP.1;
-        let centre = LEFT + (columns as f64 * (PANEL.0 + GAP.0) - GAP.0) / 2.0;
-        canvas.text("N (samples per pixel)", (centre, bottom + 36.0), Anchor::Centre, TEXT, INK);
-        canvas.upward_text("running mean (radiance)", (18.0, (TOP + bottom) / 2.0), TEXT, INK);
-    });
-    let caption = format!(
-        "Running mean of pixel ({}, {}) over replicates (mean of channels) with its 95 % interval; dashed: the reference, {}. \
-         An honest estimator closes in on the dashed line from both sides; an interval that leaves it for good shows bias. \
-         Intervals beyond the plot are cut at its edge.",
-        pixel[0],
-        pixel[1],
-        significant(reference, 4)
-    );
-    let last =
-        panels.iter().filter_map(|(s, p)| Some(format!("{} {}", plain(&s.name), significant(p.points.last()?.1, 3))));
-    let alt = format!(
-        "{title}: reference {}; last means: {}.",
-        significant(reference, 3),
-        last.collect::<Vec<_>>().join(", ")
-    );
-    let suffix = format!("probe-{}-{}", pixel[0], pixel[1]);
-    let heading = format!("Running mean of pixel ({}, {})", pixel[0], pixel[1]);
-    Some(context.figure(&suffix, heading, caption, alt, vec![], picture))
 }

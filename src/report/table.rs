@@ -1,10 +1,9 @@
 //! The results as text: for the console and as Markdown.
 
 use super::number::{format_half_width, format_interval, percent, significant};
-use super::{Headline, plain};
+use super::{Figure, Headline, plain};
 use crate::record::{ClaimResult, Interval, Record, SceneResult, StrategyResult, Verdict};
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle, presets};
-use std::fmt::Write;
 
 /// One scene's results as cells, with what must be said below them.
 pub(super) struct SceneTable {
@@ -215,8 +214,7 @@ fn draw(table: &SceneTable, style: TableStyle, cell: impl Fn(&str) -> String) ->
 /// The results for a terminal: a table per scene with notes, then claims, then warnings. No colours, no control characters.
 pub fn console(record: &Record) -> String {
     let mut out = String::new();
-    // Writing to a string cannot fail.
-    let mut line = |text: &str| drop(writeln!(out, "{text}"));
+    let mut line = |text: &str| out.extend([text, "\n"]);
     let style = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
     for scene in &record.scenes {
         let table = scene_table(record, scene);
@@ -249,14 +247,14 @@ pub fn console(record: &Record) -> String {
     out
 }
 
-/// The same as Markdown.
-pub(super) fn markdown(record: &Record) -> String {
+/// The same as Markdown, with each scene's first figure.
+pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
     let mut out = format!("# {}\n\n", escape(&record.name));
-    let mut line = |text: &str| drop(writeln!(out, "{text}"));
+    let mut line = |text: &str| out.extend([text, "\n"]);
     if let Some(question) = &record.question {
         line(&format!("{}\n", escape(question)));
     }
-    for scene in &record.scenes {
+    for (scene, figures) in record.scenes.iter().zip(figures) {
         let table = scene_table(record, scene);
         line(&format!("## {}\n", escape(&table.heading)));
         line(&draw(&table, presets::ASCII_MARKDOWN, escape));
@@ -265,6 +263,10 @@ pub(super) fn markdown(record: &Record) -> String {
             line(&format!("- {}", escape(note)));
         }
         line("");
+        if let Some(figure) = figures.first() {
+            let kind = if figure.svg.is_some() { "svg" } else { "png" };
+            line(&format!("![{}](plots/{}.{kind})\n", escape(&figure.title), figure.stem));
+        }
     }
     if !record.claims.is_empty() {
         line("## Claims\n");
