@@ -113,6 +113,10 @@ fn curve(
     for point in &strategy.checkpoints {
         let at = x(point.spp, &point.seconds);
         let error = context.headline.at(point).filter(|e| e.estimate > 0.0 && e.estimate.is_finite());
+        if point.refused.is_none() && at > 0.0 && strategy.dependence == Dependence::Independent {
+            let predicted = point.predicted.and_then(|p| context.headline.value(p));
+            curve.predicted.extend(predicted.filter(|p| *p > 0.0 && p.is_finite()).map(|p| (at, p)));
+        }
         match error {
             _ if point.refused.is_some() => refused.push(point.spp),
             _ if !(at > 0.0 && at.is_finite()) => untimed.push(point.spp),
@@ -125,9 +129,6 @@ fn curve(
                     curve.gaps.push(curve.points.len());
                 }
                 curve.points.push((at, error));
-                let independent = strategy.dependence == Dependence::Independent;
-                let predicted = point.predicted.filter(|_| independent).and_then(|p| context.headline.value(p));
-                curve.predicted.extend(predicted.filter(|p| *p > 0.0 && p.is_finite()).map(|p| (at, p)));
                 continue;
             }
         }

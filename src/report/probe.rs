@@ -31,7 +31,7 @@ fn figure(context: &Context, pixel: [u32; 2]) -> Option<Figure> {
     let panels: Vec<_> = context.scene.strategies.iter().filter_map(|s| Some((s, &s.probes[probe(s)?]))).collect();
     let reference = panels.first()?.1.reference;
     let all = || panels.iter().flat_map(|(_, p)| &p.points);
-    let abscissae = log_range(all().map(|p| p.0 as f64), 1.2)?;
+    let abscissae = log_range(all().map(|p| p.0 as f64), 1.35)?;
     let half = reach(reference, &panels);
     let title = format!("Running mean of pixel ({}, {})", pixel[0], pixel[1]);
     let last = panels.iter().filter_map(|(s, p)| Some((plain(&s.name), p.points.last()?.1)));

@@ -252,6 +252,99 @@ fn awkward(folder: &Path) -> Record {
     record
 }
 
+/// Fifteen strategies whose curves end close together, wide intervals that reach below zero, a visible reference floor,
+/// and a second scene whose errors span less than a decade.
+fn crowded() -> Record {
+    let named = |i: usize| format!("variant-{i:02}-of-the-sampler");
+    let many = (0..15usize).map(|i| {
+        let mut s = strategy(&named(i), Preset::ALL[i % 6], 1.0 + 0.02 * i as f64, 1e-6, 3, 12);
+        for point in &mut s.checkpoints {
+            let mean = point.metrics[0].mean.estimate;
+            point.metrics[0].mean = interval(mean, mean * if point.spp > 256 { 1.5 } else { 0.5 });
+        }
+        for cost in &mut s.cost {
+            cost.seconds = cost.seconds.map(|i| interval(i.estimate, i.estimate * 0.8));
+        }
+        s
+    });
+    let mut first = scene("crowded", many.collect());
+    first.reference.variance = 2e-4;
+    let mut second =
+        scene("short", vec![strategy("a", Preset::Mis, 1.0, 1e-6, 4, 2), strategy("b", Preset::Mis, 1.4, 1e-6, 4, 2)]);
+    second.targets = vec![0.5];
+    for s in &mut second.strategies {
+        s.cost =
+            vec![TargetCost { target: 0.5, spp: 4.0, seconds: Some(interval(0.0164, 0.002)), extrapolated: false }];
+    }
+    record(vec![first, second])
+}
+
+/// Every text of every figure is inside its figure and apart from every other text.
+#[test]
+fn labels_do_not_overlap() {
+    let mut fonts = resvg::usvg::fontdb::Database::new();
+    fonts.load_font_data(dejavu::sans::regular().to_vec());
+    let options = resvg::usvg::Options { fontdb: std::sync::Arc::new(fonts), ..Default::default() };
+    let folder = folder("report-crowded");
+    let presets = seven_presets(&folder);
+    let awkward = awkward(&folder);
+    let mut checked = 0;
+    for record in [crowded(), presets, awkward] {
+        let files = report::write(&record, &folder).unwrap();
+        for file in files.iter().filter(|f| f.extension().is_some_and(|e| e == "svg")) {
+            let tree = resvg::usvg::Tree::from_str(&std::fs::read_to_string(file).unwrap(), &options).unwrap();
+            let whole = tree.size();
+            let mut texts = Vec::new();
+            collect_texts(tree.root(), &mut texts);
+            for (i, (text, a)) in texts.iter().enumerate() {
+                let name = file.file_name().unwrap().display();
+                let inside =
+                    a.left() >= 0.0 && a.top() >= 0.0 && a.right() <= whole.width() && a.bottom() <= whole.height();
+                assert!(inside, "{name}: {text:?} leaves the figure");
+                for (other, b) in &texts[..i] {
+                    let apart = a.right() <= b.left()
+                        || b.right() <= a.left()
+                        || a.bottom() <= b.top()
+                        || b.bottom() <= a.top();
+                    assert!(apart, "{name}: {text:?} and {other:?} overlap");
+                }
+            }
+            checked += texts.len();
+        }
+    }
+    assert!(checked > 500, "only {checked} texts found");
+}
+
+/// Texts below a node with their ink's bounding boxes in pixels.
+fn collect_texts(group: &resvg::usvg::Group, texts: &mut Vec<(String, resvg::tiny_skia::Rect)>) {
+    for node in group.children() {
+        match node {
+            resvg::usvg::Node::Group(group) => collect_texts(group, texts),
+            resvg::usvg::Node::Text(text) => {
+                let content: String = text.chunks().iter().map(|c| c.text()).collect();
+                let mut ink = Vec::new();
+                collect_ink(text.flattened(), &mut ink);
+                let all = ink.into_iter().reduce(|a, b| {
+                    let (l, t) = (a.left().min(b.left()), a.top().min(b.top()));
+                    resvg::tiny_skia::Rect::from_ltrb(l, t, a.right().max(b.right()), a.bottom().max(b.bottom()))
+                        .unwrap()
+                });
+                texts.extend(all.map(|b| (content, b)));
+            }
+            _ => {}
+        }
+    }
+}
+
+fn collect_ink(group: &resvg::usvg::Group, ink: &mut Vec<resvg::tiny_skia::Rect>) {
+    for node in group.children() {
+        match node {
+            resvg::usvg::Node::Group(group) => collect_ink(group, ink),
+            other => ink.push(other.abs_bounding_box()),
+        }
+    }
+}
+
 /// File names below a folder with their bytes, images left out.
 fn outputs(folder: &Path, files: &[PathBuf]) -> BTreeMap<PathBuf, Vec<u8>> {
     files.iter().map(|f| (f.strip_prefix(folder).unwrap().to_owned(), std::fs::read(f).unwrap())).collect()
