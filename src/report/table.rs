@@ -1,0 +1,310 @@
+//! The results as text: for the console and as Markdown.
+
+use super::number::{format_half_width, format_interval, percent, significant};
+use super::{Figure, Headline, plain};
+use crate::record::{ClaimResult, Interval, Record, SceneResult, StrategyResult, Verdict};
+use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle, presets};
+
+/// One scene's results as cells, with what must be said below them.
+pub(super) struct SceneTable {
+    /// The scene and its field.
+    pub heading: String,
+    /// Column heads.
+    pub columns: Vec<String>,
+    /// One row per strategy.
+    pub rows: Vec<Vec<String>>,
+    /// Definitions and marks.
+    pub notes: Vec<String>,
+}
+
+/// What tables put where there is no figure.
+const NONE: &str = "–";
+
+/// The table of one scene.
+pub(super) fn scene_table(record: &Record, scene: &SceneResult) -> SceneTable {
+    let headline = Headline::of(record);
+    let spp = common_spp(scene);
+    let target = nearest_target(scene);
+    let at = spp.map_or_else(|| "at equal N".into(), |n| format!("at N = {n}"));
+    let mut columns = vec![
+        "strategy".to_owned(),
+        format!("{} {at}{}", headline.name, unit_suffix(&headline.unit)),
+        "slope".to_owned(),
+        "time/sample (µs)".to_owned(),
+    ];
+    columns.extend(target.map(|t| format!("seconds to {}", headline.target(t))));
+    columns.push("efficiency".to_owned());
+    let devices = scene.strategies.iter().any(|s| s.device != scene.strategies[0].device);
+    if devices {
+        columns.insert(1, "device".to_owned());
+    }
+    let rows = scene.strategies.iter().enumerate().map(|(index, strategy)| {
+        let mut row = vec![
+            plain(&strategy.name),
+            error_cell(&headline, strategy, spp),
+            strategy.slope.as_ref().map_or_else(|| NONE.into(), |s| format_interval(&s.slope, "")),
+            format_half_width(&scaled(&strategy.seconds_per_sample, 1e6)),
+        ];
+        row.extend(target.map(|t| cost_cell(strategy, t)));
+        row.push(match &strategy.efficiency_ratio {
+            Some(ratio) => format_interval(ratio, "×"),
+            None if index == 0 => "1×".into(),
+            None => NONE.into(),
+        });
+        if devices {
+            row.insert(1, plain(&strategy.device));
+        }
+        row
+    });
+    let rows = rows.collect();
+    SceneTable { heading: heading(scene), columns, rows, notes: notes(record, scene, &headline, spp) }
+}
+
+/// "cornell: 64 × 64 pixels, 3 channels, paths of at most 8 edges".
+fn heading(scene: &SceneResult) -> String {
+    let [width, height, channels] = scene.shape;
+    let field = match (width * height, channels) {
+        (1, 1) => "one number".to_owned(),
+        (_, 1) => format!("{width} × {height} values"),
+        _ => format!("{width} × {height} pixels, {channels} channels"),
+    };
+    let depth = scene.max_depth.map(|d| format!(", paths of at most {d} edges")).unwrap_or_default();
+    format!("{}: {field}{depth}", plain(&scene.name))
+}
+
+/// " (%)", or nothing.
+fn unit_suffix(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" ({unit})") }
+}
+
+/// The largest N at which every strategy has an error that may be judged.
+pub(super) fn common_spp(scene: &SceneResult) -> Option<u64> {
+    let usable = |s: &StrategyResult, n| s.checkpoints.iter().any(|c| c.spp == n && c.refused.is_none());
+    let first = scene.strategies.first()?;
+    first.checkpoints.iter().rev().map(|c| c.spp).find(|&n| scene.strategies.iter().all(|s| usable(s, n)))
+}
+
+/// The target nearest to 1 %.
+fn nearest_target(scene: &SceneResult) -> Option<f64> {
+    let distance = |t: f64| (t / 0.01).ln().abs();
+    scene.targets.iter().copied().filter(|t| *t > 0.0).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
+}
+
+/// An interval in other units.
+fn scaled(i: &Interval, factor: f64) -> Interval {
+    let times = |b: Option<f64>| b.map(|b| b * factor);
+    Interval { estimate: i.estimate * factor, lower: times(i.lower), upper: times(i.upper), ..*i }
+}
+
+/// The error at N.
+fn error_cell(headline: &Headline, strategy: &StrategyResult, spp: Option<u64>) -> String {
+    let Some(point) = strategy.checkpoints.iter().find(|c| Some(c.spp) == spp) else { return NONE.into() };
+    if let Some(error) = headline.at(point) {
+        return format_half_width(&error);
+    }
+    let upper = point.metrics.first().and_then(|m| m.mean.upper).and_then(|u| headline.value(u));
+    upper.map_or_else(|| "< floor†".into(), |u| format!("< {}†", significant(u, 2)))
+}
+
+/// Seconds to an error; a star marks extrapolation.
+fn cost_cell(strategy: &StrategyResult, target: f64) -> String {
+    let Some(cost) = strategy.cost.iter().find(|c| c.target == target) else { return NONE.into() };
+    let mark = if cost.extrapolated { "*" } else { "" };
+    cost.seconds.as_ref().map_or_else(|| NONE.into(), |s| format_interval(s, mark))
+}
+
+/// What stands below a scene's table.
+fn notes(record: &Record, scene: &SceneResult, headline: &Headline, spp: Option<u64>) -> Vec<String> {
+    let mut notes = Vec::new();
+    if let Some(metric) = record.metrics.first() {
+        let percent = if headline.unit == "%" { ", in percent" } else { "" };
+        let root = if metric.squared { format!("; the table shows its root{percent}") } else { percent.to_owned() };
+        notes.push(format!("{} = {}; {}{root}.", metric.name, metric.formula, metric.channels));
+    }
+    let replicates = |s: &StrategyResult| s.checkpoints.iter().map(|c| c.seconds.len()).max().unwrap_or(0);
+    let counts = scene.strategies.iter().map(replicates);
+    let (low, high) = (counts.clone().min().unwrap_or(0), counts.max().unwrap_or(0));
+    let range = if low == high { low.to_string() } else { format!("{low} to {high}") };
+    let level = scene.strategies.first().map_or(0.95, |s| s.seconds_per_sample.confidence);
+    let intervals = if high > 1 {
+        format!("± and brackets: {} intervals over replicates", percent(level))
+    } else {
+        "one replicate, hence no intervals".to_owned()
+    };
+    notes.push(format!("{range} replicate{}; {intervals}.", if high == 1 { "" } else { "s" }));
+    notes.push(format!("Reference: {}.", plain(&scene.reference.description).trim_end_matches('.')));
+    if let Some(first) = scene.strategies.first().filter(|_| scene.strategies.len() > 1) {
+        let name = plain(&first.name);
+        notes.push(format!("Efficiency = 1/(relative variance × seconds per sample), over that of {name}."));
+    }
+    notes.extend(marks(scene, headline, spp));
+    notes
+}
+
+/// Notes on what is marked or missing in the table.
+fn marks(scene: &SceneResult, headline: &Headline, spp: Option<u64>) -> Vec<String> {
+    let mut notes = Vec::new();
+    let target = nearest_target(scene);
+    if scene
+        .strategies
+        .iter()
+        .any(|s| s.cost.iter().any(|c| Some(c.target) == target && c.extrapolated && c.seconds.is_some()))
+    {
+        notes.push("* extrapolated beyond the largest N measured.".into());
+    }
+    let negative = |s: &&StrategyResult| {
+        s.checkpoints.iter().any(|c| Some(c.spp) == spp && !c.metrics.is_empty() && headline.at(c).is_none())
+    };
+    if scene.strategies.iter().any(|s| negative(&s)) {
+        notes.push("† the error is below the reference's own noise: its corrected square is not positive. The bound is the interval's upper end.".into());
+    }
+    if spp.is_none() {
+        notes.push("There is no N at which every strategy has an error that the reference can judge.".into());
+    }
+    for strategy in &scene.strategies {
+        let name = plain(&strategy.name);
+        let refused: Vec<_> = strategy.checkpoints.iter().filter_map(|c| Some((c.spp, c.refused.as_ref()?))).collect();
+        if let (Some((from, reason)), Some((to, _))) = (refused.first(), refused.last()) {
+            let at = if from == to { from.to_string() } else { format!("{from} to {to}") };
+            notes.push(format!("{name}: refused at N = {at}: {}.", plain(reason).trim_end_matches('.')));
+        }
+        if strategy.slope.is_none() {
+            notes.push(format!("{name}: no slope (fewer than three usable checkpoints or two replicates)."));
+        }
+        if strategy.non_finite.count > 0 {
+            let first = strategy.non_finite.first.first();
+            let place = first.map(|(r, p, s)| format!(", first at replicate {r}, pixel {p}, sample {s}"));
+            let (count, place) = (strategy.non_finite.count, place.unwrap_or_default());
+            notes.push(format!("{name}: {count} non-finite samples kept out of the mean{place}."));
+        }
+    }
+    notes
+}
+
+/// The verdict as one word.
+pub(super) const fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Supported => "SUPPORTED",
+        Verdict::Refuted => "REFUTED",
+        Verdict::Inconclusive => "INCONCLUSIVE",
+    }
+}
+
+/// "SUPPORTED (cornell): text. Sentence".
+fn claim_line(claim: &ClaimResult) -> String {
+    let text = plain(&claim.text);
+    let text = text.trim_end_matches('.');
+    format!("({}) {text}. {}", plain(&claim.scene), plain(&claim.sentence))
+}
+
+/// The columns of a table, laid out in a style.
+fn draw(table: &SceneTable, style: TableStyle, cell: impl Fn(&str) -> String) -> String {
+    let mut out = Table::new();
+    out.load_style(style).set_content_arrangement(ContentArrangement::Disabled);
+    out.set_header(table.columns.iter().map(|c| cell(c)).collect::<Vec<_>>());
+    for row in &table.rows {
+        out.add_row(row.iter().map(|c| cell(c)).collect::<Vec<_>>());
+    }
+    for column in out.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    out.trim_fmt()
+}
+
+/// The results for a terminal: a table per scene with notes, then claims, then warnings. No colours, no control characters.
+pub fn console(record: &Record) -> String {
+    let mut out = String::new();
+    let mut line = |text: &str| out.extend([text, "\n"]);
+    let style = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
+    for scene in &record.scenes {
+        let table = scene_table(record, scene);
+        line(&table.heading);
+        line("");
+        line(&draw(&table, style, str::to_owned));
+        line("");
+        for note in &table.notes {
+            line(&format!("  {note}"));
+        }
+        line("");
+    }
+    if !record.claims.is_empty() {
+        line("Claims");
+        for claim in &record.claims {
+            line(&format!("  {:<12}  {}", word(claim.verdict), claim_line(claim)));
+        }
+        line("");
+    }
+    if !record.warnings.is_empty() {
+        line("Warnings");
+        for warning in &record.warnings {
+            line(&format!("  {}", plain(warning)));
+        }
+        line("");
+    }
+    while out.ends_with("\n\n") {
+        out.pop();
+    }
+    out
+}
+
+/// The same as Markdown, with each scene's first figure.
+pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
+    let mut out = format!("# {}\n\n", escape(&record.name));
+    let mut line = |text: &str| out.extend([text, "\n"]);
+    if let Some(question) = &record.question {
+        line(&format!("{}\n", escape(question)));
+    }
+    for (scene, figures) in record.scenes.iter().zip(figures) {
+        let table = scene_table(record, scene);
+        line(&format!("## {}\n", escape(&table.heading)));
+        line(&draw(&table, presets::ASCII_MARKDOWN, escape));
+        line("");
+        for note in &table.notes {
+            line(&format!("- {}", escape(note)));
+        }
+        line("");
+        if let Some(figure) = figures.first() {
+            let kind = if figure.svg.is_some() { "svg" } else { "png" };
+            line(&format!("![{}](plots/{}.{kind})\n", escape(&figure.title), figure.stem));
+        }
+    }
+    if !record.claims.is_empty() {
+        line("## Claims\n");
+        for claim in &record.claims {
+            line(&format!("- **{}** {}", word(claim.verdict), escape(&claim_line(claim))));
+        }
+        line("");
+    }
+    if !record.warnings.is_empty() {
+        line("## Warnings\n");
+        for warning in &record.warnings {
+            line(&format!("- {}", escape(warning)));
+        }
+        line("");
+    }
+    let p = &record.provenance;
+    line(&format!(
+        "rootn {}, {}, {} threads, seed {}, {} s of sampling.",
+        escape(&p.version),
+        escape(&p.machine),
+        p.threads,
+        p.seed,
+        significant(p.sampling_seconds, 3)
+    ));
+    out
+}
+
+/// Text that Markdown shows as it is.
+fn escape(text: &str) -> String {
+    let mut out = String::new();
+    for c in plain(text).chars() {
+        match c {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '&' => out.push_str("&amp;"),
+            '\\' | '`' | '*' | '_' | '|' | '[' | ']' | '#' | '~' => out.extend(['\\', c]),
+            _ => out.push(c),
+        }
+    }
+    out
+}
