@@ -28,6 +28,12 @@ struct Node {
     children: [u32; 8],
 }
 
+/// What happens at the leaves (not a closure: it must inline into code compiled for the instruction set).
+pub(super) trait Leaves<S: Simd> {
+    /// Tests a leaf, given the best distance so far; returns the new one, a negative one to end the walk.
+    fn visit(&mut self, s: S, slabs: &WideSlabs<S>, leaf: u32, best: f32) -> f32;
+}
+
 /// The tree. Leaves are numbers that the builder's `leaf` callback gave out.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
@@ -78,45 +84,30 @@ impl Tree {
         Some(tree)
     }
 
-    /// Visits the leaves that the ray may hit nearer than or at `best`, near ones first where it matters.
-    /// `leaf` gets a leaf and the best distance so far, and returns the new one; a negative one ends the walk.
+    /// Visits the leaves that the ray may hit nearer than or at `best`, near ones first.
     #[inline(always)]
-    pub(super) fn walk<S: Simd>(
-        &self,
-        s: S,
-        best: f32,
-        slabs: &Slabs,
-        leaf: impl FnMut(&WideSlabs<S>, u32, f32) -> f32,
-    ) {
-        let wide = WideSlabs::new(s, slabs);
-        if self.stack <= STACK {
-            self.walk_on(s, &wide, best, &mut [MaybeUninit::uninit(); STACK], leaf);
+    pub(super) fn walk<S: Simd>(&self, s: S, mut best: f32, slabs: &Slabs, leaves: &mut impl Leaves<S>) {
+        let slabs = WideSlabs::new(s, slabs);
+        let mut small = [MaybeUninit::<u64>::uninit(); STACK];
+        let mut large;
+        let stack = if self.stack <= STACK {
+            &mut small[..]
         } else {
-            self.walk_on(s, &wide, best, &mut vec![MaybeUninit::uninit(); self.stack], leaf);
-        }
-    }
-
-    #[inline(always)]
-    fn walk_on<S: Simd>(
-        &self,
-        s: S,
-        slabs: &WideSlabs<S>,
-        mut best: f32,
-        stack: &mut [MaybeUninit<u64>],
-        mut leaf: impl FnMut(&WideSlabs<S>, u32, f32) -> f32,
-    ) {
+            large = vec![MaybeUninit::uninit(); self.stack];
+            &mut large[..]
+        };
         // An entry is (bits of the near distance, child): near ≥ 0, so entries order as their distances.
         let mut top = 0;
         let mut next = self.root;
         loop {
             if next & LEAF != 0 {
-                best = leaf(slabs, next & !LEAF, best);
+                best = leaves.visit(s, &slabs, next & !LEAF, best);
                 if best < 0.0 {
                     return;
                 }
             } else {
                 let node = &self.nodes[next as usize];
-                let (near, far) = slabs.intervals(s, |a, upper| s.load(&node.planes[a][upper]), s.splat(best));
+                let (near, far) = slabs.boxes(s, &node.planes, best);
                 let hit = s.le(near, far);
                 if hit != 0 {
                     let near = s.store(near);

@@ -85,9 +85,8 @@ impl Packet {
     ) -> Candidates<S> {
         let zero = s.splat(0.0);
         let miss = Candidates { lanes: 0, t: zero, u: zero, v: zero };
-        let p = self.shear(s, ray);
-        let edge = |a: usize, b: usize| s.sub(s.mul(p[a][0], p[b][1]), s.mul(p[a][1], p[b][0]));
-        let mut weight = [edge(2, 1), edge(0, 2), edge(1, 0)];
+        let p = [self.shear(s, ray, 0), self.shear(s, ray, 1), self.shear(s, ray, 2)];
+        let mut weight = [edge(s, &p[2], &p[1]), edge(s, &p[0], &p[2]), edge(s, &p[1], &p[0])];
         let least = s.min(s.min(weight[0], weight[1]), weight[2]);
         let most = s.max(s.max(weight[0], weight[1]), weight[2]);
         let mut lanes = s.le(zero, least) | s.le(most, zero);
@@ -96,16 +95,16 @@ impl Packet {
         }
         let on_edge = lanes & (s.eq(least, zero) | s.eq(most, zero));
         if on_edge != 0 {
-            let xy = p.map(|p| [s.store(p[0]), s.store(p[1])]);
-            let mut w = weight.map(|w| s.store(w));
+            let xy = [store_xy(s, &p[0]), store_xy(s, &p[1]), store_xy(s, &p[2])];
+            let mut w = [s.store(weight[0]), s.store(weight[1]), s.store(weight[2])];
             lanes &= !exact_edges(&xy, on_edge, &mut w);
-            weight = w.map(|w| s.load(&w));
+            weight = [s.load(&w[0]), s.load(&w[1]), s.load(&w[2])];
         }
         let det = s.add(s.add(weight[0], weight[1]), weight[2]);
-        let b = weight.map(|w| s.div(w, det));
+        let b = [s.div(weight[0], det), s.div(weight[1], det), s.div(weight[2], det)];
         let t = s.add(s.add(s.mul(b[0], p[0][2]), s.mul(b[1], p[1][2])), s.mul(b[2], p[2][2]));
 
-        let (near, far) = self.intervals(s, slabs);
+        let (near, far) = slabs.triangles(s, &self.vertex);
         lanes &= s.le(near, far) & s.le(near, s.splat(best));
         if lanes == 0 {
             return miss;
@@ -120,30 +119,17 @@ impl Packet {
         Candidates { lanes: lanes & s.le(t, s.splat(best)), t, u: b[1], v: b[2] }
     }
 
-    /// Vertices relative to the origin, sheared so that the ray is the z axis.
+    /// Vertex `v` relative to the origin, sheared so that the ray is the z axis.
     #[inline(always)]
-    fn shear<S: Simd>(&self, s: S, ray: &TriangleRay<S>) -> [[S::F; 3]; 3] {
+    fn shear<S: Simd>(&self, s: S, ray: &TriangleRay<S>, v: usize) -> [S::F; 3] {
         let [x, y, z] = ray.axes;
-        assert!(x < 3 && y < 3 && z < 3);
-        std::array::from_fn(|v| {
-            let vertex = &self.vertex[v];
-            let depth = s.sub(s.load(&vertex[z]), ray.origin[2]);
-            [
-                s.sub(s.sub(s.load(&vertex[x]), ray.origin[0]), s.mul(ray.shear[0], depth)),
-                s.sub(s.sub(s.load(&vertex[y]), ray.origin[1]), s.mul(ray.shear[1], depth)),
-                s.mul(ray.shear[2], depth),
-            ]
-        })
-    }
-
-    /// Padded box intervals of the triangles.
-    #[inline(always)]
-    fn intervals<S: Simd>(&self, s: S, slabs: &WideSlabs<S>) -> (S::F, S::F) {
-        let planes = |axis: usize, upper: usize| {
-            let [a, b, c] = [0, 1, 2].map(|v| s.load(&self.vertex[v][axis]));
-            if upper == 1 { s.max(s.max(a, b), c) } else { s.min(s.min(a, b), c) }
-        };
-        slabs.intervals(s, planes, s.splat(f32::INFINITY))
+        let vertex = &self.vertex[v];
+        let depth = s.sub(s.load(&vertex[z]), ray.origin[2]);
+        [
+            s.sub(s.sub(s.load(&vertex[x]), ray.origin[0]), s.mul(ray.shear[0], depth)),
+            s.sub(s.sub(s.load(&vertex[y]), ray.origin[1]), s.mul(ray.shear[1], depth)),
+            s.mul(ray.shear[2], depth),
+        ]
     }
 
     /// Decides in f64 whether 0 ≤ t < t_max for lanes whose box contains the origin or the end. Returns the lanes that fail;
@@ -173,6 +159,17 @@ impl Packet {
     fn triangle(&self, lane: usize) -> [Vec3; 3] {
         [0, 1, 2].map(|v| Vec3::from_array([0, 1, 2].map(|a| self.vertex[v][a][lane])))
     }
+}
+
+/// Twice the signed area of the triangle (origin, b, a) in the xy plane.
+#[inline(always)]
+fn edge<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
+    s.sub(s.mul(a[0], b[1]), s.mul(a[1], b[0]))
+}
+
+#[inline(always)]
+fn store_xy<S: Simd>(s: S, p: &[S::F; 3]) -> [[f32; 8]; 2] {
+    [s.store(p[0]), s.store(p[1])]
 }
 
 /// Recomputes the edge functions of `on_edge` lanes in f64 from the sheared f32 vertices (same vertices, so still
