@@ -24,7 +24,7 @@ impl Bvh {
     /// Builds the trees; owns a copy of the geometry.
     ///
     /// # Errors
-    /// A vertex index out of range, a coordinate that is not finite or beyond 1e12, more than 2³¹ primitives.
+    /// A vertex index out of range, a coordinate that is not finite or beyond 1e15, more than 2³¹ primitives.
     pub fn new(scene: &Scene) -> Result<Self> {
         let primitives = Primitives::new(scene)?;
         let boxes: Vec<_> = primitives.triangles.iter().map(bounds).collect();
@@ -153,7 +153,7 @@ struct AnyTriangle<'a, S: Simd> {
 impl<S: Simd> Leaves<S> for AnyTriangle<'_, S> {
     #[inline(always)]
     fn visit(&mut self, s: S, slabs: &WideSlabs<S>, leaf: u32, end: f32) -> f32 {
-        self.found = self.packets[leaf as usize].intersect(s, &self.ray, slabs, end).lanes != 0;
+        self.found = self.packets[leaf as usize].any(s, &self.ray, slabs);
         if self.found { STOP } else { end }
     }
 }

@@ -119,8 +119,9 @@ impl<S: Simd> WideSlabs<S> {
     #[inline(always)]
     pub(crate) fn triangles(&self, s: S, vertex: &[[[f32; 8]; 3]; 3]) -> (S::F, S::F) {
         let (mut near, mut far) = (s.splat(0.0), s.splat(f32::INFINITY));
-        for axis in 0..3 {
-            let (a, b, c) = (s.load(&vertex[0][axis]), s.load(&vertex[1][axis]), s.load(&vertex[2][axis]));
+        let [a, b, c] = vertex;
+        for (axis, ((a, b), c)) in a.iter().zip(b).zip(c).enumerate() {
+            let (a, b, c) = (s.load(a), s.load(b), s.load(c));
             let (lower, upper) = (s.min(s.min(a, b), c), s.max(s.max(a, b), c));
             let (entry, exit) = if self.negative[axis] == 1 { (upper, lower) } else { (lower, upper) };
             near = s.max(s.mul(s.sub(entry, self.near_origin[axis]), self.near_rcp[axis]), near);

@@ -3,7 +3,7 @@
 
 use super::simd::Simd;
 use super::slab::{Bounds, Slabs, WideSlabs};
-use super::triangle::lanes;
+use super::triangle::set_bits;
 use crate::math::Vec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -109,10 +109,16 @@ impl Tree {
                 let node = &self.nodes[next as usize];
                 let (near, far) = slabs.boxes(s, &node.planes, best);
                 let hit = s.le(near, far);
-                if hit != 0 {
+                if hit & hit.wrapping_sub(1) == 0 {
+                    // One child at most: no stack.
+                    if hit != 0 {
+                        next = node.children[hit.trailing_zeros() as usize];
+                        continue;
+                    }
+                } else {
                     let near = s.store(near);
                     let first = top;
-                    for child in lanes(hit) {
+                    for child in set_bits(hit) {
                         let entry = u64::from(near[child].to_bits()) << 32 | u64::from(node.children[child]);
                         // Insertion sort, nearest on top.
                         let mut at = top;
@@ -258,7 +264,7 @@ impl<'a> Plan<'a> {
 }
 
 /// Largest supported coordinate: products of three differences of coordinates stay finite in f32.
-const LIMIT: f32 = 1e12;
+const LIMIT: f32 = 1e15;
 
 /// Whether all coordinates are finite and within the limit.
 pub(super) fn traceable(b: &Bounds) -> bool {
