@@ -3,8 +3,8 @@
 
 use super::primitives::{Best, BoundedQuadric, Primitives};
 use super::simd::{Portable, Simd};
-use super::slab::Slabs;
-use super::tree::Tree;
+use super::slab::{Slabs, WideSlabs};
+use super::tree::{Leaves, Tree};
 use super::triangle::{Packet, TriangleRay, bounds};
 use super::{Hit, Intersect, Ray};
 use crate::Result;
@@ -24,7 +24,7 @@ impl Bvh {
     /// Builds the trees; owns a copy of the geometry.
     ///
     /// # Errors
-    /// A vertex index out of range, a coordinate that is not finite or beyond 1e12, more than 2³¹ primitives.
+    /// A vertex index out of range, a coordinate that is not finite or beyond 1e15, more than 2³¹ primitives.
     pub fn new(scene: &Scene) -> Result<Self> {
         let primitives = Primitives::new(scene)?;
         let boxes: Vec<_> = primitives.triangles.iter().map(bounds).collect();
@@ -48,18 +48,13 @@ impl Bvh {
     pub fn closest_with<S: Simd>(&self, s: S, ray: &Ray) -> Option<Hit> {
         let mut best = Best::new(ray);
         if let Some((tree, packets)) = &self.triangles {
-            let shear = TriangleRay::new(s, ray);
-            tree.walk(s, best.hit.t, &Slabs::new(ray, &tree.bounds), |slabs, leaf, _| {
-                best.packet(s, &packets[leaf as usize], &shear, slabs);
-                best.hit.t
-            });
+            let mut leaves = ClosestTriangle { packets, ray: TriangleRay::new(s, ray), best: &mut best };
+            tree.walk(s, leaves.best.hit.t, &Slabs::new(ray, &tree.bounds), &mut leaves);
         }
         if let Some((tree, quadrics)) = &self.quadrics {
             let slabs = Slabs::new(ray, &tree.bounds);
-            tree.walk(s, best.hit.t, &slabs, |_, leaf, _| {
-                best.quadric(ray, &slabs, &quadrics[leaf as usize]);
-                best.hit.t
-            });
+            let mut leaves = ClosestQuadric { quadrics, ray, slabs: &slabs, best: &mut best };
+            tree.walk(s, leaves.best.hit.t, &slabs, &mut leaves);
         }
         best.hit()
     }
@@ -67,25 +62,21 @@ impl Bvh {
     /// [`Intersect::occluded`] with a chosen instruction set, to be inlined into a caller compiled for it.
     #[inline(always)]
     pub fn occluded_with<S: Simd>(&self, s: S, ray: &Ray) -> bool {
-        const STOP: f32 = -1.0;
-        let mut found = false;
         let end = ray.t_max.next_down();
         if let Some((tree, packets)) = &self.triangles {
-            let shear = TriangleRay::new(s, ray);
-            tree.walk(s, end, &Slabs::new(ray, &tree.bounds), |slabs, leaf, end| {
-                found |= packets[leaf as usize].intersect(s, &shear, slabs, end).lanes != 0;
-                if found { STOP } else { end }
-            });
+            let mut leaves = AnyTriangle { packets, ray: TriangleRay::new(s, ray), found: false };
+            tree.walk(s, end, &Slabs::new(ray, &tree.bounds), &mut leaves);
+            if leaves.found {
+                return true;
+            }
         }
-        if let (false, Some((tree, quadrics))) = (found, &self.quadrics) {
+        if let Some((tree, quadrics)) = &self.quadrics {
             let slabs = Slabs::new(ray, &tree.bounds);
-            tree.walk(s, end, &slabs, |_, leaf, end| {
-                let quadric = &quadrics[leaf as usize];
-                found |= quadric.surface.intersect(ray, &slabs, &quadric.bounds).is_some();
-                if found { STOP } else { end }
-            });
+            let mut leaves = AnyQuadric { quadrics, ray, slabs: &slabs, found: false };
+            tree.walk(s, end, &slabs, &mut leaves);
+            return leaves.found;
         }
-        found
+        false
     }
 
     #[cfg(target_arch = "x86_64")]
@@ -118,5 +109,67 @@ impl Intersect for Bvh {
             return unsafe { self.occluded_avx2(avx2, ray) };
         }
         self.occluded_with(Portable, ray)
+    }
+}
+
+struct ClosestTriangle<'a, S: Simd> {
+    packets: &'a [Packet],
+    ray: TriangleRay<S>,
+    best: &'a mut Best,
+}
+
+impl<S: Simd> Leaves<S> for ClosestTriangle<'_, S> {
+    #[inline(always)]
+    fn visit(&mut self, s: S, slabs: &WideSlabs<S>, leaf: u32, _: f32) -> f32 {
+        self.best.packet(s, &self.packets[leaf as usize], &self.ray, slabs);
+        self.best.hit.t
+    }
+}
+
+struct ClosestQuadric<'a> {
+    quadrics: &'a [BoundedQuadric],
+    ray: &'a Ray,
+    slabs: &'a Slabs,
+    best: &'a mut Best,
+}
+
+impl<S: Simd> Leaves<S> for ClosestQuadric<'_> {
+    #[inline(always)]
+    fn visit(&mut self, _: S, _: &WideSlabs<S>, leaf: u32, _: f32) -> f32 {
+        self.best.quadric(self.ray, self.slabs, &self.quadrics[leaf as usize]);
+        self.best.hit.t
+    }
+}
+
+/// The distance that ends a walk.
+const STOP: f32 = -1.0;
+
+struct AnyTriangle<'a, S: Simd> {
+    packets: &'a [Packet],
+    ray: TriangleRay<S>,
+    found: bool,
+}
+
+impl<S: Simd> Leaves<S> for AnyTriangle<'_, S> {
+    #[inline(always)]
+    fn visit(&mut self, s: S, slabs: &WideSlabs<S>, leaf: u32, end: f32) -> f32 {
+        self.found = self.packets[leaf as usize].any(s, &self.ray, slabs);
+        if self.found { STOP } else { end }
+    }
+}
+
+struct AnyQuadric<'a> {
+    quadrics: &'a [BoundedQuadric],
+    ray: &'a Ray,
+    slabs: &'a Slabs,
+    found: bool,
+}
+
+impl<S: Simd> Leaves<S> for AnyQuadric<'_> {
+    #[inline(always)]
+    fn visit(&mut self, _: S, _: &WideSlabs<S>, leaf: u32, end: f32) -> f32 {
+        let quadric = &self.quadrics[leaf as usize];
+        self.found = quadric.surface.intersect(self.ray, self.slabs, &quadric.bounds).is_some();
+        if self.found { STOP } else { end }
     }
 }

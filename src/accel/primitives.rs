@@ -4,7 +4,7 @@ use super::quadric::Quadric;
 use super::simd::Simd;
 use super::slab::{Bounds, Slabs, WideSlabs};
 use super::tree::traceable;
-use super::triangle::{self, Packet, TriangleRay, lanes};
+use super::triangle::{self, Packet, TriangleRay, set_bits};
 use super::{Hit, Ray};
 use crate::error::{Error, Place, Result};
 use crate::math::Vec3;
@@ -34,7 +34,7 @@ impl Primitives {
         let refuse = |shape: u32, what: &str| {
             Error::input(
                 Place::file(&scene.name),
-                format!("shape '{}' {what}; allowed are finite coordinates up to 1e12 in size", name(shape)),
+                format!("shape '{}' {what}; allowed are finite coordinates up to 1e15 in size", name(shape)),
             )
         };
         let mut triangles = Vec::with_capacity(scene.triangles.len());
@@ -99,10 +99,9 @@ impl Best {
 
     #[inline(always)]
     pub(super) fn packet<S: Simd>(&mut self, s: S, packet: &Packet, ray: &TriangleRay<S>, slabs: &WideSlabs<S>) {
-        let found = packet.intersect(s, ray, slabs, self.hit.t);
-        if found.lanes != 0 {
+        if let Some(found) = packet.closest(s, ray, slabs, self.hit.t) {
             let (t, u, v) = (s.store(found.t), s.store(found.u), s.store(found.v));
-            for i in lanes(found.lanes) {
+            for i in set_bits(found.lanes) {
                 self.offer(Hit { t: t[i], primitive: packet.primitive[i], u: u[i], v: v[i] });
             }
         }

@@ -26,8 +26,6 @@ pub trait Simd: Copy {
     fn le(self, a: Self::F, b: Self::F) -> u32;
     /// Bit i: a\[i\] = b\[i\] (false for NaN).
     fn eq(self, a: Self::F, b: Self::F) -> u32;
-    /// Per lane: `negative` where the sign bit of `sign` is set, else `positive`.
-    fn select(self, sign: Self::F, negative: Self::F, positive: Self::F) -> Self::F;
 }
 
 /// Plain arrays.
@@ -89,10 +87,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn eq(self, a: [f32; 8], b: [f32; 8]) -> u32 {
         mask(a, b, |a, b| a == b)
-    }
-    #[inline(always)]
-    fn select(self, sign: [f32; 8], negative: [f32; 8], positive: [f32; 8]) -> [f32; 8] {
-        std::array::from_fn(|i| if sign[i].is_sign_negative() { negative[i] } else { positive[i] })
     }
 }
 
@@ -174,11 +168,6 @@ mod avx2 {
         fn eq(self, a: __m256, b: __m256) -> u32 {
             // SAFETY: as in `splat`.
             unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(a, b)) as u32 }
-        }
-        #[inline(always)]
-        fn select(self, sign: __m256, negative: __m256, positive: __m256) -> __m256 {
-            // SAFETY: as in `splat`.
-            unsafe { _mm256_blendv_ps(positive, negative, sign) }
         }
     }
 }

@@ -92,27 +92,48 @@ impl<S: Simd> WideSlabs<S> {
     #[inline(always)]
     pub(crate) fn new(s: S, slabs: &Slabs) -> Self {
         Self {
-            near_origin: slabs.near_origin.map(|x| s.splat(x)),
-            far_origin: slabs.far_origin.map(|x| s.splat(x)),
-            near_rcp: slabs.near_rcp.map(|x| s.splat(x)),
-            far_rcp: slabs.far_rcp.map(|x| s.splat(x)),
+            near_origin: splat3(s, slabs.near_origin),
+            far_origin: splat3(s, slabs.far_origin),
+            near_rcp: splat3(s, slabs.near_rcp),
+            far_rcp: splat3(s, slabs.far_rcp),
             negative: slabs.negative,
         }
     }
 
-    /// Near (not below 0) and far distances of eight boxes, planes as `[axis][lower, upper]`; `far` starts at `limit`.
+    /// Near (not below 0) and far (not above `limit`) distances of eight boxes, planes as `[axis][lower, upper]`.
     /// A NaN (0·∞: origin on a plane that the ray is parallel to) is ignored by the order of the min/max operands.
     #[inline(always)]
-    pub(crate) fn intervals(&self, s: S, planes: impl Fn(usize, usize) -> S::F, limit: S::F) -> (S::F, S::F) {
-        let (mut near, mut far) = (s.splat(0.0), limit);
-        for a in 0..3 {
-            let t0 = s.mul(s.sub(planes(a, self.negative[a]), self.near_origin[a]), self.near_rcp[a]);
-            let t1 = s.mul(s.sub(planes(a, 1 - self.negative[a]), self.far_origin[a]), self.far_rcp[a]);
+    pub(crate) fn boxes(&self, s: S, planes: &[[[f32; 8]; 2]; 3], limit: f32) -> (S::F, S::F) {
+        let (mut near, mut far) = (s.splat(0.0), s.splat(limit));
+        for (axis, planes) in planes.iter().enumerate() {
+            let negative = self.negative[axis];
+            let t0 = s.mul(s.sub(s.load(&planes[negative]), self.near_origin[axis]), self.near_rcp[axis]);
+            let t1 = s.mul(s.sub(s.load(&planes[1 - negative]), self.far_origin[axis]), self.far_rcp[axis]);
             near = s.max(t0, near);
             far = s.min(t1, far);
         }
         (near, far)
     }
+
+    /// The same for the boxes of eight triangles, vertices as `[vertex][axis]`.
+    #[inline(always)]
+    pub(crate) fn triangles(&self, s: S, vertex: &[[[f32; 8]; 3]; 3]) -> (S::F, S::F) {
+        let (mut near, mut far) = (s.splat(0.0), s.splat(f32::INFINITY));
+        let [a, b, c] = vertex;
+        for (axis, ((a, b), c)) in a.iter().zip(b).zip(c).enumerate() {
+            let (a, b, c) = (s.load(a), s.load(b), s.load(c));
+            let (lower, upper) = (s.min(s.min(a, b), c), s.max(s.max(a, b), c));
+            let (entry, exit) = if self.negative[axis] == 1 { (upper, lower) } else { (lower, upper) };
+            near = s.max(s.mul(s.sub(entry, self.near_origin[axis]), self.near_rcp[axis]), near);
+            far = s.min(s.mul(s.sub(exit, self.far_origin[axis]), self.far_rcp[axis]), far);
+        }
+        (near, far)
+    }
+}
+
+#[inline(always)]
+fn splat3<S: Simd>(s: S, x: [f32; 3]) -> [S::F; 3] {
+    [s.splat(x[0]), s.splat(x[1]), s.splat(x[2])]
 }
 
 /// Axis of the largest direction component.

@@ -3,7 +3,7 @@
 
 use super::simd::Simd;
 use super::slab::{Bounds, Slabs, WideSlabs};
-use super::triangle::lanes;
+use super::triangle::set_bits;
 use crate::math::Vec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -26,6 +26,12 @@ const LEAF_COST: f32 = 1.0;
 struct Node {
     planes: [[[f32; 8]; 2]; 3],
     children: [u32; 8],
+}
+
+/// What happens at the leaves (not a closure: it must inline into code compiled for the instruction set).
+pub(super) trait Leaves<S: Simd> {
+    /// Tests a leaf, given the best distance so far; returns the new one, a negative one to end the walk.
+    fn visit(&mut self, s: S, slabs: &WideSlabs<S>, leaf: u32, best: f32) -> f32;
 }
 
 /// The tree. Leaves are numbers that the builder's `leaf` callback gave out.
@@ -78,50 +84,41 @@ impl Tree {
         Some(tree)
     }
 
-    /// Visits the leaves that the ray may hit nearer than or at `best`, near ones first where it matters.
-    /// `leaf` gets a leaf and the best distance so far, and returns the new one; a negative one ends the walk.
+    /// Visits the leaves that the ray may hit nearer than or at `best`, near ones first.
     #[inline(always)]
-    pub(super) fn walk<S: Simd>(
-        &self,
-        s: S,
-        best: f32,
-        slabs: &Slabs,
-        leaf: impl FnMut(&WideSlabs<S>, u32, f32) -> f32,
-    ) {
-        let wide = WideSlabs::new(s, slabs);
-        if self.stack <= STACK {
-            self.walk_on(s, &wide, best, &mut [MaybeUninit::uninit(); STACK], leaf);
+    pub(super) fn walk<S: Simd>(&self, s: S, mut best: f32, slabs: &Slabs, leaves: &mut impl Leaves<S>) {
+        let slabs = WideSlabs::new(s, slabs);
+        let mut small = [MaybeUninit::<u64>::uninit(); STACK];
+        let mut large;
+        let stack = if self.stack <= STACK {
+            &mut small[..]
         } else {
-            self.walk_on(s, &wide, best, &mut vec![MaybeUninit::uninit(); self.stack], leaf);
-        }
-    }
-
-    #[inline(always)]
-    fn walk_on<S: Simd>(
-        &self,
-        s: S,
-        slabs: &WideSlabs<S>,
-        mut best: f32,
-        stack: &mut [MaybeUninit<u64>],
-        mut leaf: impl FnMut(&WideSlabs<S>, u32, f32) -> f32,
-    ) {
+            large = vec![MaybeUninit::uninit(); self.stack];
+            &mut large[..]
+        };
         // An entry is (bits of the near distance, child): near ≥ 0, so entries order as their distances.
         let mut top = 0;
         let mut next = self.root;
         loop {
             if next & LEAF != 0 {
-                best = leaf(slabs, next & !LEAF, best);
+                best = leaves.visit(s, &slabs, next & !LEAF, best);
                 if best < 0.0 {
                     return;
                 }
             } else {
                 let node = &self.nodes[next as usize];
-                let (near, far) = slabs.intervals(s, |a, upper| s.load(&node.planes[a][upper]), s.splat(best));
+                let (near, far) = slabs.boxes(s, &node.planes, best);
                 let hit = s.le(near, far);
-                if hit != 0 {
+                if hit & hit.wrapping_sub(1) == 0 {
+                    // One child at most: no stack.
+                    if hit != 0 {
+                        next = node.children[hit.trailing_zeros() as usize];
+                        continue;
+                    }
+                } else {
                     let near = s.store(near);
                     let first = top;
-                    for child in lanes(hit) {
+                    for child in set_bits(hit) {
                         let entry = u64::from(near[child].to_bits()) << 32 | u64::from(node.children[child]);
                         // Insertion sort, nearest on top.
                         let mut at = top;
@@ -267,7 +264,7 @@ impl<'a> Plan<'a> {
 }
 
 /// Largest supported coordinate: products of three differences of coordinates stay finite in f32.
-const LIMIT: f32 = 1e12;
+const LIMIT: f32 = 1e15;
 
 /// Whether all coordinates are finite and within the limit.
 pub(super) fn traceable(b: &Bounds) -> bool {

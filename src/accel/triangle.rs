@@ -51,6 +51,19 @@ impl<S: Simd> TriangleRay<S> {
     }
 }
 
+/// Lanes whose triangle is crossed by the ray's line, not yet by the ray.
+struct Crossed<S: Simd> {
+    lanes: u32,
+    /// Lanes whose box does not tell whether 0 ≤ t < t_max.
+    doubtful: u32,
+    /// Edge functions: barycentric weights times their sum.
+    weight: [S::F; 3],
+    /// Depths of the vertices, in units of t.
+    depth: [S::F; 3],
+    near: S::F,
+    far: S::F,
+}
+
 /// What a packet test found: lanes hit, with their distances and barycentric weights of vertices 1 and 2.
 pub(crate) struct Candidates<S: Simd> {
     pub(crate) lanes: u32,
@@ -76,103 +89,123 @@ impl Packet {
 
     /// Lanes with 0 ≤ t < t_max and t ≤ `best`.
     #[inline(always)]
-    pub(crate) fn intersect<S: Simd>(
+    pub(crate) fn closest<S: Simd>(
         &self,
         s: S,
         ray: &TriangleRay<S>,
         slabs: &WideSlabs<S>,
         best: f32,
-    ) -> Candidates<S> {
+    ) -> Option<Candidates<S>> {
+        let Crossed { mut lanes, doubtful, weight, depth, near, far } = self.crossed(s, ray, slabs, best)?;
+        let mut t = distance(s, &weight, &depth, near, far);
+        for lane in set_bits(doubtful) {
+            let mut all = s.store(t);
+            match self.decide(&ray.ray, lane, all[lane]) {
+                Some(exact) => {
+                    all[lane] = exact.max(s.store(near)[lane]).min(s.store(far)[lane]);
+                    t = s.load(&all);
+                }
+                None => lanes &= !(1 << lane),
+            }
+        }
+        let lanes = lanes & s.le(t, s.splat(best));
+        let det = s.add(s.add(weight[0], weight[1]), weight[2]);
+        Some(Candidates { lanes, t, u: s.div(weight[1], det), v: s.div(weight[2], det) })
+    }
+
+    /// Whether any lane has 0 ≤ t < t_max.
+    #[inline(always)]
+    pub(crate) fn any<S: Simd>(&self, s: S, ray: &TriangleRay<S>, slabs: &WideSlabs<S>) -> bool {
+        let Some(Crossed { lanes, doubtful, weight, depth, near, far }) =
+            self.crossed(s, ray, slabs, ray.ray.t_max.next_down())
+        else {
+            return false;
+        };
+        if lanes != doubtful {
+            return true;
+        }
+        let t = s.store(distance(s, &weight, &depth, near, far));
+        set_bits(doubtful).any(|lane| self.decide(&ray.ray, lane, t[lane]).is_some())
+    }
+
+    /// Lanes whose triangle the ray's line crosses and whose box lies at or before `best`.
+    #[inline(always)]
+    fn crossed<S: Simd>(&self, s: S, ray: &TriangleRay<S>, slabs: &WideSlabs<S>, best: f32) -> Option<Crossed<S>> {
         let zero = s.splat(0.0);
-        let miss = Candidates { lanes: 0, t: zero, u: zero, v: zero };
-        let p = self.shear(s, ray);
-        let edge = |a: usize, b: usize| s.sub(s.mul(p[a][0], p[b][1]), s.mul(p[a][1], p[b][0]));
-        let mut weight = [edge(2, 1), edge(0, 2), edge(1, 0)];
+        let p = [self.shear(s, ray, 0), self.shear(s, ray, 1), self.shear(s, ray, 2)];
+        let mut weight = [edge(s, &p[2], &p[1]), edge(s, &p[0], &p[2]), edge(s, &p[1], &p[0])];
         let least = s.min(s.min(weight[0], weight[1]), weight[2]);
         let most = s.max(s.max(weight[0], weight[1]), weight[2]);
         let mut lanes = s.le(zero, least) | s.le(most, zero);
         if lanes == 0 {
-            return miss;
+            return None;
         }
         let on_edge = lanes & (s.eq(least, zero) | s.eq(most, zero));
         if on_edge != 0 {
-            let xy = p.map(|p| [s.store(p[0]), s.store(p[1])]);
-            let mut w = weight.map(|w| s.store(w));
+            let xy = [store_xy(s, &p[0]), store_xy(s, &p[1]), store_xy(s, &p[2])];
+            let mut w = [s.store(weight[0]), s.store(weight[1]), s.store(weight[2])];
             lanes &= !exact_edges(&xy, on_edge, &mut w);
-            weight = w.map(|w| s.load(&w));
+            weight = [s.load(&w[0]), s.load(&w[1]), s.load(&w[2])];
         }
-        let det = s.add(s.add(weight[0], weight[1]), weight[2]);
-        let b = weight.map(|w| s.div(w, det));
-        let t = s.add(s.add(s.mul(b[0], p[0][2]), s.mul(b[1], p[1][2])), s.mul(b[2], p[2][2]));
-
-        let (near, far) = self.intervals(s, slabs);
+        let (near, far) = slabs.triangles(s, &self.vertex);
         lanes &= s.le(near, far) & s.le(near, s.splat(best));
-        if lanes == 0 {
-            return miss;
-        }
-        let mut t = s.min(s.max(t, near), far);
         let doubtful = lanes & (s.le(near, zero) | s.le(s.splat(ray.ray.t_max), far));
-        if doubtful != 0 {
-            let mut all = s.store(t);
-            lanes &= !self.decide(&ray.ray, doubtful, &mut all, &s.store(near), &s.store(far));
-            t = s.load(&all);
-        }
-        Candidates { lanes: lanes & s.le(t, s.splat(best)), t, u: b[1], v: b[2] }
+        (lanes != 0).then_some(Crossed { lanes, doubtful, weight, depth: [p[0][2], p[1][2], p[2][2]], near, far })
     }
 
-    /// Vertices relative to the origin, sheared so that the ray is the z axis.
+    /// Vertex `v` relative to the origin, sheared so that the ray is the z axis.
     #[inline(always)]
-    fn shear<S: Simd>(&self, s: S, ray: &TriangleRay<S>) -> [[S::F; 3]; 3] {
+    fn shear<S: Simd>(&self, s: S, ray: &TriangleRay<S>, v: usize) -> [S::F; 3] {
         let [x, y, z] = ray.axes;
-        assert!(x < 3 && y < 3 && z < 3);
-        std::array::from_fn(|v| {
-            let vertex = &self.vertex[v];
-            let depth = s.sub(s.load(&vertex[z]), ray.origin[2]);
-            [
-                s.sub(s.sub(s.load(&vertex[x]), ray.origin[0]), s.mul(ray.shear[0], depth)),
-                s.sub(s.sub(s.load(&vertex[y]), ray.origin[1]), s.mul(ray.shear[1], depth)),
-                s.mul(ray.shear[2], depth),
-            ]
-        })
+        let vertex = &self.vertex[v];
+        let depth = s.sub(s.load(&vertex[z]), ray.origin[2]);
+        [
+            s.sub(s.sub(s.load(&vertex[x]), ray.origin[0]), s.mul(ray.shear[0], depth)),
+            s.sub(s.sub(s.load(&vertex[y]), ray.origin[1]), s.mul(ray.shear[1], depth)),
+            s.mul(ray.shear[2], depth),
+        ]
     }
 
-    /// Padded box intervals of the triangles.
-    #[inline(always)]
-    fn intervals<S: Simd>(&self, s: S, slabs: &WideSlabs<S>) -> (S::F, S::F) {
-        let planes = |axis: usize, upper: usize| {
-            let [a, b, c] = [0, 1, 2].map(|v| s.load(&self.vertex[v][axis]));
-            if upper == 1 { s.max(s.max(a, b), c) } else { s.min(s.min(a, b), c) }
-        };
-        slabs.intervals(s, planes, s.splat(f32::INFINITY))
-    }
-
-    /// Decides in f64 whether 0 ≤ t < t_max for lanes whose box contains the origin or the end. Returns the lanes that fail;
-    /// writes t for the others.
+    /// t of a lane whose box contains the origin or the end, if 0 ≤ t < t_max, decided in f64 by the triangle's plane.
+    /// `rough` is the f32 value; it stands where the ray is edge-on to the last bit and the plane says nothing.
     #[cold]
     #[inline(never)]
-    fn decide(&self, ray: &Ray, doubtful: u32, t: &mut [f32; 8], near: &[f32; 8], far: &[f32; 8]) -> u32 {
+    fn decide(&self, ray: &Ray, lane: usize, rough: f32) -> Option<f32> {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let mut failed = 0;
-        for lane in lanes(doubtful) {
-            let [a, b, c] = self.triangle(lane).map(Vec3::as_dvec3);
-            let n = (b - a).cross(c - a);
-            let depth = n.dot(a - o) / n.dot(d);
-            // Edge-on to the last bit: the plane says nothing, the f32 value stands.
-            let exact = if depth.is_finite() { depth } else { f64::from(t[lane]) };
-            if exact >= 0.0 && exact < f64::from(ray.t_max) {
-                // Rounding to f32 must not reach t_max; then into the box interval again.
-                let rounded = (exact as f32).min(ray.t_max.next_down());
-                t[lane] = rounded.max(near[lane]).min(far[lane]);
-            } else {
-                failed |= 1 << lane;
-            }
-        }
-        failed
+        let [a, b, c] = self.triangle(lane).map(Vec3::as_dvec3);
+        let n = (b - a).cross(c - a);
+        let depth = n.dot(a - o) / n.dot(d);
+        let exact = if depth.is_finite() { depth } else { f64::from(rough) };
+        // Rounding to f32 must not reach t_max.
+        (exact >= 0.0 && exact < f64::from(ray.t_max)).then(|| (exact as f32).min(ray.t_max.next_down()))
     }
 
     fn triangle(&self, lane: usize) -> [Vec3; 3] {
         [0, 1, 2].map(|v| Vec3::from_array([0, 1, 2].map(|a| self.vertex[v][a][lane])))
     }
+}
+
+/// Mix of the depths, clamped to the box interval.
+#[inline(always)]
+fn distance<S: Simd>(s: S, weight: &[S::F; 3], depth: &[S::F; 3], near: S::F, far: S::F) -> S::F {
+    let det = s.add(s.add(weight[0], weight[1]), weight[2]);
+    // Weights first: their products with the depths stay in range.
+    let mix = s.add(
+        s.add(s.mul(s.div(weight[0], det), depth[0]), s.mul(s.div(weight[1], det), depth[1])),
+        s.mul(s.div(weight[2], det), depth[2]),
+    );
+    s.min(s.max(mix, near), far)
+}
+
+/// Twice the signed area of the triangle (origin, b, a) in the xy plane.
+#[inline(always)]
+fn edge<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
+    s.sub(s.mul(a[0], b[1]), s.mul(a[1], b[0]))
+}
+
+#[inline(always)]
+fn store_xy<S: Simd>(s: S, p: &[S::F; 3]) -> [[f32; 8]; 2] {
+    [s.store(p[0]), s.store(p[1])]
 }
 
 /// Recomputes the edge functions of `on_edge` lanes in f64 from the sheared f32 vertices (same vertices, so still
@@ -181,7 +214,7 @@ impl Packet {
 #[inline(never)]
 fn exact_edges(xy: &[[[f32; 8]; 2]; 3], on_edge: u32, weight: &mut [[f32; 8]; 3]) -> u32 {
     let mut outside = 0;
-    for lane in lanes(on_edge) {
+    for lane in set_bits(on_edge) {
         let at = |v: usize, a: usize| f64::from(xy[v][a][lane]);
         let edge = |a: usize, b: usize| at(a, 0) * at(b, 1) - at(a, 1) * at(b, 0);
         let w = DVec3::new(edge(2, 1), edge(0, 2), edge(1, 0));
@@ -199,7 +232,7 @@ fn exact_edges(xy: &[[[f32; 8]; 2]; 3], on_edge: u32, weight: &mut [[f32; 8]; 3]
 
 /// Indices of the set bits, lowest first.
 #[inline(always)]
-pub(crate) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+pub(crate) fn set_bits(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         (mask != 0).then(|| {
             let lane = mask.trailing_zeros() as usize;
