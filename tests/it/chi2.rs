@@ -71,7 +71,11 @@ impl<S: FnMut(u64) -> Option<[f64; 2]>, D: Fn([f64; 2]) -> f64> Chi2<S, D> {
         // Missing mass within the quadrature's error belongs to nobody.
         expected.push(if 1.0 - mass < SLACK { 0.0 } else { 1.0 - mass });
         let expected: Vec<f64> = expected.iter().map(|m| m * self.samples as f64).collect();
-        pearson(&counts, &expected)
+        let p = pearson(&counts, &expected);
+        // The share of values alone has one degree of freedom and sees more than it does among all cells.
+        let (none, missing) = (counts[counts.len() - 1], expected[expected.len() - 1]);
+        let all = self.samples;
+        if missing < POOLED { p } else { 2.0 * p.min(pearson(&[none, all - none], &[missing, all as f64 - missing])) }
     }
 }
 

@@ -18,6 +18,11 @@ const CELLS: &[(&str, usize)] = &[
     ("planar", 2),
     ("filters", 5),
     ("diffuse", 3),
+    ("rectangles", 26),
+    ("triangles", 14),
+    ("spheres", 9),
+    ("disks and cylinders", 6),
+    ("environments", 1),
 ];
 
 /// Significance level of one cell of the named test.
