@@ -17,6 +17,13 @@ pub fn triangle_solid_angle(a: Vec3, eb: Vec3, ec: Vec3, normal: Vec3) -> f32 {
     2.0 * atan2(-na.dot(normal) / (lb * lc), 1.0 + na.dot(nb) + nb.dot(nc) + nc.dot(na))
 }
 
+/// 1 − cos of the angle between (along, across) and the first axis, without cancellation.
+#[inline(always)]
+fn one_minus_cos(along: f32, across: f32) -> f32 {
+    let length = (along * along + across * across).sqrt();
+    if along > 0.0 { across * across / (length * (length + along)) } else { (length - along) / length }
+}
+
 /// A triangle seen from the origin, ready for sampling by solid angle.
 ///
 /// The idea is Arvo's ("Stratified sampling of spherical triangles", 1995): u₀ cuts off a sub-triangle A B C′ with u₀ of the
@@ -79,8 +86,7 @@ impl SphericalTriangle {
         let s = s.clamp(0.0, 1.0);
         let (x, y) = self.chord(s);
         let along = self.lb + x;
-        let length = (along * along + y * y).sqrt();
-        let h = u[1] * (y * y / (length * (length + along)));
+        let h = u[1] * one_minus_cos(along, y);
         let (sin, cos) = ((h * (2.0 - h)).sqrt(), 1.0 - h);
         let r = if y > 0.0 { (self.lb * sin / (y * cos - x * sin)).clamp(0.0, 1.0) } else { u[1] };
         [1.0 - r, r * s]
@@ -91,14 +97,12 @@ impl SphericalTriangle {
         let r = 1.0 - weights[0];
         let s = weights[1] / r;
         let (along, across) = (self.la + s * self.xc, s * self.yc);
-        let tangent = across / (along + (along * along + across * across).sqrt());
-        let u0 = 2.0 * atan2(tangent * self.n, self.k + tangent * self.m) / self.solid_angle;
+        // tan(θ/2) = ty/tx.
+        let length = (along * along + across * across).sqrt();
+        let (ty, tx) = if along > 0.0 { (across, length + along) } else { (length - along, across) };
+        let u0 = 2.0 * atan2(ty * self.n, tx * self.k + ty * self.m) / self.solid_angle;
         let (x, y) = self.chord(s);
-        let height = |r: f32| {
-            let (along, across) = (self.lb + r * x, r * y);
-            let length = (along * along + across * across).sqrt();
-            across * across / (length * (length + along))
-        };
+        let height = |r: f32| one_minus_cos(self.lb + r * x, r * y);
         [u0, height(r) / height(1.0)]
     }
 }

@@ -1,8 +1,9 @@
 //! One test binary; one file per subject.
 
-<<<<<<< HEAD
+mod chi2;
 mod intersection;
-=======
+mod lights;
 mod report;
->>>>>>> 4bed5fa7ccd65c91986d5ae09866be46b4ecbb9c
+mod sampling;
 mod support;
+mod warps;

@@ -9,7 +9,21 @@
 pub const ALPHA: f64 = 1e-3;
 
 /// Every statistical test with the number of cells (single comparisons) it makes.
-const CELLS: &[(&str, usize)] = &[];
+const CELLS: &[(&str, usize)] = &[
+    ("permutations", 27),
+    ("words", 144),
+    ("runs", 18),
+    ("directions", 3),
+    ("cones", 5),
+    ("planar", 2),
+    ("filters", 5),
+    ("diffuse", 3),
+    ("rectangles", 26),
+    ("triangles", 14),
+    ("spheres", 9),
+    ("disks and cylinders", 6),
+    ("environments", 1),
+];
 
 /// Significance level of one cell of the named test.
 pub fn level(test: &str) -> f64 {
