@@ -26,7 +26,7 @@ pub struct BlockTree {
 
 /// Number of nodes that stand for `samples` samples: one per set bit of the block count, and a partial leaf.
 fn node_count(samples: u64) -> usize {
-    (samples / BLOCK).count_ones() as usize + usize::from(samples % BLOCK != 0)
+    (samples / BLOCK).count_ones() as usize + usize::from(!samples.is_multiple_of(BLOCK))
 }
 
 impl BlockTree {
