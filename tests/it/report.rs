@@ -215,7 +215,7 @@ fn awkward(folder: &Path) -> Record {
     negative.checkpoints[7].metrics[0].mean = interval(-2e-5, 5e-5);
     negative.device = "vulkan: llvmpipe".into();
     negative.efficiency_ratio = Some(Interval { estimate: f64::INFINITY, lower: None, upper: None, confidence: 0.95 });
-    negative.slope = Some(Slope { slope: alone(f64::NEG_INFINITY), from: 1, to: 256 });
+    negative.slope = Some(Slope { slope: alone(f64::NEG_INFINITY), values: Vec::new(), from: 1, to: 256 });
     negative.cost[1].seconds = None;
     let single = strategy("one replicate", Preset::Light, 0.9, 1.5e-6, 1, 5);
     let mut number = scene("gaussian-2d", vec![strategy("plain", Preset::Cosine, 1.0, 2e-8, 16, 10)]);
