@@ -34,6 +34,7 @@ pub fn parse_str(text: &str, path: &Path, parameters: &[(String, String)]) -> Re
     builder.scene()?;
     let Builder { tree, mut scene, .. } = builder;
     scene.sources = tree.sources;
+    scene.warnings.splice(0..0, tree.warnings);
     scene.validate().map_err(|problems| Error::input(Place::file(path), problems.join("; ")))?;
     let flat = scene.zero_area_triangles();
     if flat > 0 {
@@ -86,6 +87,12 @@ impl Builder {
             self.scene.depth = self.integrator(integrator)?;
         }
         if self.scene.lights.is_empty() {
+            if self.scene.shapes.is_empty() {
+                return Err(Error::input(
+                    self.tree.nodes[0].place.clone(),
+                    "the scene is empty: no shape and no light",
+                ));
+            }
             self.warn(&self.tree.nodes[0].place.clone(), "the scene has no light source");
         }
         Ok(())
@@ -132,18 +139,20 @@ impl Builder {
     /// A light that is not part of a shape.
     fn light(&mut self, index: usize) -> Result<()> {
         let node = &self.tree.nodes[index];
-        let light = if node.plugin == "constant" {
-            Light::Constant { radiance: self.emission(node, "radiance")? }
+        let (light, quiet): (_, &[&str]) = if node.plugin == "constant" {
+            (Light::Constant { radiance: self.emission(index, "radiance")? }, &["sampling_weight", "to_world"])
         } else {
             let position = match (node.vector("position")?, node.transform("to_world")?) {
                 (Some(_), Some(_)) => return Err(node.error("found both `position` and `to_world`; give one")),
                 (Some(position), None) => position,
                 (None, to_world) => to_world.unwrap_or_default().transform_point3(DVec3::ZERO),
             };
-            Light::Point { position: position.as_vec3(), intensity: self.emission(node, "intensity")? }
+            if !position.as_vec3().is_finite() {
+                return Err(node.error(format!("position {position} is out of the range of 32-bit numbers")));
+            }
+            let intensity = self.emission(index, "intensity")?;
+            (Light::Point { position: position.as_vec3(), intensity }, &["sampling_weight"])
         };
-        let quiet: &[&str] =
-            if node.plugin == "constant" { &["sampling_weight", "to_world"] } else { &["sampling_weight"] };
         self.scene.lights.push(light);
         self.finish(index, quiet);
         Ok(())
@@ -158,7 +167,7 @@ impl Builder {
     fn finish(&mut self, index: usize, quiet: &[&str]) {
         let node = &self.tree.nodes[index];
         for property in node.properties.iter().filter(|p| !p.used.replace(true) && !quiet.contains(&p.name.as_str())) {
-            let (place, name) = (&property.place, super::obj::shorten(&property.name));
+            let (place, name) = (&property.place, super::shorten(&property.name));
             self.scene.warnings.push(format!("{place}: `{name}` of {} has no effect", node.title()));
         }
     }
@@ -171,13 +180,13 @@ impl Node {
     }
 
     fn unsupported(&self, plugin: &str, allowed: &str) -> Error {
-        let message = format!("{} `{}` is not supported; allowed: {allowed}", self.tag, super::obj::shorten(plugin));
+        let message = format!("{} `{}` is not supported; allowed: {allowed}", self.tag, super::shorten(plugin));
         Error::input(self.place.clone(), message)
     }
 
     /// For messages: ``shape `obj` ``.
     fn title(&self) -> String {
-        format!("{} `{}`", self.tag, super::obj::shorten(&self.plugin))
+        format!("{} `{}`", self.tag, super::shorten(&self.plugin))
     }
 
     fn get<T>(&self, name: &str, kind: &str, convert: impl Fn(&Value) -> Option<T>) -> Result<Option<T>> {

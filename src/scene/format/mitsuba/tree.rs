@@ -1,7 +1,7 @@
 //! From XML text to a tree of objects with typed properties: includes, parameters, aliases and old spellings are gone
 //! after this step.
 
-use super::super::obj::shorten;
+use super::super::shorten;
 use super::super::spectrum::Spectrum;
 use super::value::{self, Parsed, Value};
 use crate::error::{Error, Place, Result, suggestion};
@@ -67,6 +67,8 @@ pub(super) struct Tree {
     ids: HashMap<String, usize>,
     /// Files read so far.
     pub(super) sources: Vec<PathBuf>,
+    /// What was read otherwise than Mitsuba 3 reads it.
+    pub(super) warnings: Vec<String>,
     /// Where relative file names are looked up, in this order.
     directories: Vec<PathBuf>,
 }
@@ -238,7 +240,9 @@ impl Reader {
         let document = Document::parse_with_options(text, options).map_err(|error| {
             let position = error.pos();
             let place = Place { file: path.to_owned(), line: position.row, column: position.col };
-            Error::input(place, format!("not well-formed XML: {error}"))
+            // The parser repeats the character that it did not expect, whatever it is.
+            let message = error.to_string().replace(char::is_control, "\u{fffd}");
+            Error::input(place, format!("not well-formed XML: {message}"))
         })?;
         let newlines = text.bytes().enumerate().filter(|b| b.1 == b'\n').map(|b| b.0 + 1);
         let mut file = File { path, lines: std::iter::once(0).chain(newlines).collect(), old: false };
@@ -483,7 +487,13 @@ impl Reader {
             "rotate" => {
                 let attributes = self.attributes(file, xml, &["angle"], &xyz)?;
                 let angle = value::float(attributes.required("angle"));
-                attributes.components(0.0).and_then(|axis| value::rotation(axis, angle?))
+                let axis = attributes.components(0.0);
+                if axis.as_ref().is_ok_and(|axis| !axis.is_normalized()) {
+                    let place = file.place(xml);
+                    let message = "the axis has no unit length; taken as a direction (Mitsuba 3 distorts the scene)";
+                    self.tree.warnings.push(format!("{place}: {message}"));
+                }
+                axis.and_then(|axis| value::rotation(axis, angle?))
             }
             "lookat" | "lookAt" => {
                 let attributes = self.attributes(file, xml, &["origin", "target"], &["up"])?;
