@@ -1,5 +1,6 @@
 //! The sensor and its film.
 
+use super::value::{self, Value};
 use super::{Builder, Node};
 use crate::error::Result;
 use crate::scene::validate::camera_problem;
@@ -171,9 +172,9 @@ fn tan_half_fov(node: &Node, aspect: f64) -> Result<f64> {
 fn focal_length(node: &Node) -> Result<Option<f64>> {
     let Some(property) = node.properties.iter().find(|p| p.name == "focal_length") else { return Ok(None) };
     let length = match &property.value {
-        super::Value::String(text) => {
+        Value::String(text) => {
             property.used.set(true);
-            super::value::float(text.trim().trim_end_matches("mm")).map_err(|m| node.error(m))?
+            value::float(text.trim().trim_end_matches("mm")).map_err(|m| node.error(m))?
         }
         _ => node.float("focal_length")?.unwrap_or_default(),
     };

@@ -1,6 +1,8 @@
 //! Mitsuba 3 XML (versions 0.x to 3.x): <https://mitsuba.readthedocs.io/en/stable/src/key_topics/scene_format.html>.
 
+mod attribute;
 mod camera;
+mod reader;
 mod shape;
 mod surface;
 mod tree;
@@ -8,18 +10,17 @@ mod value;
 
 use crate::error::{Error, Place, Result};
 use crate::scene::{Depth, Light, Scene};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use std::collections::HashMap;
 use std::path::Path;
 use tree::{Node, Tree};
-use value::Value;
 
 /// Reads a scene and checks it; see [`super::load`].
 ///
 /// # Errors
 /// [`Error::Input`] with file, line, what was found and what is allowed; [`Error::Io`] where a file cannot be read.
 pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene> {
-    parse_str(&tree::text(super::read(path)?, path)?, path, parameters)
+    parse_str(&reader::text(super::read(path)?, path)?, path, parameters)
 }
 
 /// [`load`] from text. `path` names the text in messages; relative file names are looked up beside it.
@@ -27,7 +28,7 @@ pub fn load(path: &Path, parameters: &[(String, String)]) -> Result<Scene> {
 /// # Errors
 /// As [`load`].
 pub fn parse_str(text: &str, path: &Path, parameters: &[(String, String)]) -> Result<Scene> {
-    let tree = tree::read(text, path, parameters)?;
+    let tree = reader::read(text, path, parameters)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let scene = Scene { name, materials: vec![crate::scene::Material::Black], ..Default::default() };
     let mut builder = Builder { tree, scene, surfaces: HashMap::new(), default_surface: None };
@@ -170,60 +171,5 @@ impl Builder {
             let (place, name) = (&property.place, super::shorten(&property.name));
             self.scene.warnings.push(format!("{place}: `{name}` of {} has no effect", node.title()));
         }
-    }
-}
-
-/// Typed access to properties. `None` where the property is absent.
-impl Node {
-    fn error(&self, message: impl std::fmt::Display) -> Error {
-        Error::input(self.place.clone(), format!("{}: {message}", self.title()))
-    }
-
-    fn unsupported(&self, plugin: &str, allowed: &str) -> Error {
-        let message = format!("{} `{}` is not supported; allowed: {allowed}", self.tag, super::shorten(plugin));
-        Error::input(self.place.clone(), message)
-    }
-
-    /// For messages: ``shape `obj` ``.
-    fn title(&self) -> String {
-        format!("{} `{}`", self.tag, super::shorten(&self.plugin))
-    }
-
-    fn get<T>(&self, name: &str, kind: &str, convert: impl Fn(&Value) -> Option<T>) -> Result<Option<T>> {
-        let Some(property) = self.properties.iter().find(|p| p.name == name) else { return Ok(None) };
-        property.used.set(true);
-        let value = convert(&property.value).ok_or_else(|| {
-            let message = format!("`{name}` of {} is a {}; a {kind} is wanted", self.title(), property.value.kind());
-            Error::input(property.place.clone(), message)
-        })?;
-        Ok(Some(value))
-    }
-
-    fn float(&self, name: &str) -> Result<Option<f64>> {
-        self.get(name, "float", |v| match v {
-            Value::Float(v) => Some(*v),
-            Value::Integer(v) => Some(*v as f64),
-            _ => None,
-        })
-    }
-
-    fn integer(&self, name: &str) -> Result<Option<i64>> {
-        self.get(name, "integer", |v| if let Value::Integer(v) = v { Some(*v) } else { None })
-    }
-
-    fn boolean(&self, name: &str) -> Result<Option<bool>> {
-        self.get(name, "boolean", |v| if let Value::Boolean(v) = v { Some(*v) } else { None })
-    }
-
-    fn string(&self, name: &str) -> Result<Option<String>> {
-        self.get(name, "string", |v| if let Value::String(v) = v { Some(v.clone()) } else { None })
-    }
-
-    fn vector(&self, name: &str) -> Result<Option<DVec3>> {
-        self.get(name, "point or vector", |v| if let Value::Vector(v) = v { Some(*v) } else { None })
-    }
-
-    fn transform(&self, name: &str) -> Result<Option<DAffine3>> {
-        self.get(name, "transform", |v| if let Value::Transform(v) = v { Some(*v) } else { None })
     }
 }
