@@ -1,6 +1,6 @@
 //! The checks that make a scene safe to trace: every index in range, every number finite and in its range.
 
-use super::{Geometry, Light, Material, Scene, Triangle};
+use super::{Camera, Geometry, Light, Material, Scene, Triangle};
 use crate::math::{Rgb, Vec3};
 
 /// Problems listed before the rest is only counted.
@@ -65,12 +65,9 @@ impl Scene {
             film.crop_size[k] > 0 && end.is_some_and(|e| e <= film.size[k])
         });
         problems.unless(inside, || format!("the crop window is empty or leaves the film: {film:?}"));
-        let c = &self.camera;
-        let finite = [c.origin, c.corner, c.across, c.down].iter().all(|v| v.is_finite()) && c.near.is_finite();
-        problems.unless(finite, || format!("the camera is not finite: {c:?}"));
-        let spans = c.across.as_dvec3().cross(c.down.as_dvec3()).dot(c.corner.as_dvec3()) != 0.0;
-        problems.unless(spans, || "the camera's film is seen edge-on".into());
-        problems.unless(c.near >= 0.0 && c.near < c.far, || format!("near {} and far {}", c.near, c.far));
+        if let Some(problem) = camera_problem(&self.camera) {
+            problems.add(problem);
+        }
     }
 
     fn check_vertices(&self, problems: &mut Problems) {
@@ -150,8 +147,22 @@ impl Scene {
     }
 }
 
+/// What is wrong with a camera.
+pub(super) fn camera_problem(camera: &Camera) -> Option<String> {
+    let Camera { origin, corner, across, down, near, far } = *camera;
+    if ![origin, corner, across, down].iter().all(|v| v.is_finite()) {
+        Some(format!("the camera is not finite in 32-bit numbers: {camera:?}"))
+    } else if across.as_dvec3().cross(down.as_dvec3()).dot(corner.as_dvec3()) == 0.0 {
+        Some(format!("the camera's film has no extent, or is seen edge-on: {camera:?}"))
+    } else if !(near >= 0.0 && near < far) {
+        Some(format!("near is {near} and far is {far}; 0 ≤ near < far is wanted"))
+    } else {
+        None
+    }
+}
+
 /// Whether a surface is finite and has the extent that its kind needs.
-fn is_sound(geometry: &Geometry) -> bool {
+pub(super) fn is_sound(geometry: &Geometry) -> bool {
     let finite = |v: &[Vec3]| v.iter().all(|v| v.is_finite());
     let positive = |r: f32| r.is_finite() && r > 0.0;
     match *geometry {

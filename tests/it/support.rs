@@ -37,3 +37,68 @@ pub fn seed(test: &str) -> u64 {
     let hash = blake3::hash(format!("{test}/{fresh}").as_bytes());
     u64::from_le_bytes(hash.as_bytes()[..8].try_into().unwrap())
 }
+
+/// A folder of the material shared between projects, beside this checkout. Where it is absent the test cannot run: `None`
+/// with a printed reason, but a failure where `CI` is set.
+pub(crate) fn shared(folder: &str) -> Option<std::path::PathBuf> {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(folder);
+    if path.is_dir() {
+        return Some(path);
+    }
+    assert!(std::env::var_os("CI").is_none(), "{} is missing", path.display());
+    println!("skipped: {} is missing", path.display());
+    None
+}
+
+/// Broken copies of an input, without end, the same for the same seed: cut short, bytes flipped, overwritten, inserted,
+/// dropped or doubled, stretches moved, and numbers replaced by ones that readers stumble over. Some may still be valid.
+pub(crate) fn mutations(bytes: &[u8], seed: u64) -> impl Iterator<Item = Vec<u8>> {
+    const NUMBERS: [&str; 14] = [
+        "nan",
+        "-inf",
+        "1e999",
+        "-1",
+        "0",
+        "4294967295",
+        "4294967296",
+        "99999999999999999999",
+        "-2147483649",
+        "1e-320",
+        "0x10",
+        "",
+        "1,5",
+        "\u{e9}",
+    ];
+    let original = bytes.to_owned();
+    let mut state = seed;
+    // SplitMix64 (Steele, Lea and Flood, OOPSLA 2014).
+    let mut random = move |below: usize| {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % below.max(1) as u64) as usize
+    };
+    std::iter::repeat_with(move || {
+        let mut bytes = original.clone();
+        for _ in 0..=random(3) {
+            let at = random(bytes.len());
+            let end = at + random((bytes.len() - at).min(40));
+            match random(8) {
+                0 => bytes.truncate(at),
+                1 if !bytes.is_empty() => bytes[at] ^= 1 << random(8),
+                2 if !bytes.is_empty() => bytes[at] = [0, 0xff, b'<', b'"', b'\n', b'/', b'$', b'-'][random(8)],
+                3 => bytes.insert(at, [0, 0xff, b'<', b'>', b'&', b'\\', b' ', b'9'][random(8)]),
+                4 => drop(bytes.drain(at..end)),
+                5 => drop(bytes.splice(end..end, bytes[at..end].to_owned())),
+                6 => bytes[at..].rotate_left(end - at),
+                _ => {
+                    let digit = |b: &u8| b.is_ascii_digit();
+                    let start = bytes[at..].iter().position(digit).map_or(at, |i| at + i);
+                    let stop = bytes[start..].iter().position(|b| !digit(b)).map_or(bytes.len(), |i| start + i);
+                    drop(bytes.splice(start..stop, NUMBERS[random(NUMBERS.len())].bytes()));
+                }
+            }
+        }
+        bytes
+    })
+}

@@ -3,6 +3,9 @@
 use crate::math::Vec3;
 use glam::{DAffine3, DVec3};
 
+/// Normals nearer to each other than this are the same: files print six digits.
+const FLAT: f64 = 2e-6;
+
 /// A triangle mesh in object space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
@@ -27,7 +30,7 @@ pub struct Placement {
 
 impl Mesh {
     /// The mesh in world space, with unit (or zero) normals unless `face_normals`; normals are computed where the file
-    /// has none. Triangles are wound so that `(p1 − p0) × (p2 − p0)` points to the front. Where a mesh has normals, the
+    /// has none, and left out where they only repeat what the facets say. Triangles are wound so that `(p1 − p0) × (p2 − p0)` points to the front. Where a mesh has normals, the
     /// front is the side they are on, since Mitsuba takes sides by the shading normal: a mirror in `to_world` then does
     /// not turn the mesh inside out. Without normals the winding in world space decides, as in Mitsuba.
     pub fn place(mut self, placement: &Placement) -> Self {
@@ -45,6 +48,9 @@ impl Mesh {
                 *n = (matrix * n.as_dvec3()).normalize_or_zero().as_vec3();
             }
             self.wind_by_normals();
+        }
+        if self.is_flat() {
+            self.normals.clear();
         }
         if flip_normals {
             self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -67,6 +73,16 @@ impl Mesh {
                 self.triangles[i].swap(1, 2);
             }
         }
+    }
+
+    /// Whether every vertex normal is that of its triangles.
+    fn is_flat(&self) -> bool {
+        self.triangles.iter().all(|&t| {
+            let [a, b, c] = self.corners(t);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            let differs = |&v: &u32| self.normals.get(v as usize).is_some_and(|n| n.as_dvec3().distance(normal) > FLAT);
+            !t.iter().any(differs)
+        })
     }
 
     /// Vertex normals: face normals weighted by the angle at the vertex (Thürmer and Wüthrich, "Computing vertex

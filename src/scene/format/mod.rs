@@ -14,6 +14,9 @@ use std::path::Path;
 /// Larger files are refused: offsets and counts then fit 31 bits, and a mistake cannot fill the memory.
 const LARGEST_FILE: u64 = 2 << 30;
 
+/// Longest piece of input that a message repeats, in characters.
+const LONGEST_QUOTE: usize = 40;
+
 /// Reads a scene and checks it. `parameters` are (name, value) pairs for `$name` in Mitsuba XML; `size` (width, height)
 /// replaces the film's, crop window included, with the field of view as the file defines it for that aspect.
 ///
@@ -41,4 +44,13 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
         return Err(Error::input(Place::file(path), message));
     }
     std::fs::read(path).map_err(|e| Error::io(path, e))
+}
+
+/// Input as part of a message: without control characters, cut to a readable length.
+fn shorten(text: &str) -> String {
+    let visible = text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c });
+    match text.char_indices().nth(LONGEST_QUOTE) {
+        Some(_) => visible.take(LONGEST_QUOTE).chain(['…']).collect(),
+        None => visible.collect(),
+    }
 }

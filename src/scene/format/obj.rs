@@ -1,6 +1,7 @@
 //! Wavefront OBJ: polygons with positions and normals; everything else is passed over.
 
 use super::mesh::Mesh;
+use super::shorten;
 use crate::error::{Error, Place, Result};
 use crate::math::Vec3;
 use std::collections::HashMap;
@@ -160,12 +161,4 @@ fn index(part: Option<&str>, len: usize, what: &str, word: &str) -> std::result:
         return Err(format!("{what} {number} does not exist; {len} are defined above this line"));
     }
     Ok(Some(from_zero as u32))
-}
-
-/// Input for a message, cut to a readable length.
-pub(super) fn shorten(text: &str) -> String {
-    match text.char_indices().nth(40) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text.to_owned(),
-    }
 }

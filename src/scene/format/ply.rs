@@ -1,7 +1,7 @@
 //! Polygon File Format (PLY): ascii and both binary byte orders, any property types and order, polygons.
 
 use super::mesh::Mesh;
-use super::obj::shorten;
+use super::shorten;
 use crate::error::{Error, Place, Result};
 use crate::math::Vec3;
 use std::path::Path;

@@ -1,7 +1,9 @@
 //! The sensor and its film.
 
+use super::value::{self, Value};
 use super::{Builder, Node};
 use crate::error::Result;
+use crate::scene::validate::camera_problem;
 use crate::scene::{Camera, Film, Filter};
 use glam::DVec3;
 
@@ -121,8 +123,8 @@ fn camera(node: &Node, aspect: f64) -> Result<Camera> {
     let to_world = node.transform("to_world")?.unwrap_or_default();
     let axes = to_world.matrix3;
     let scale = axes.z_axis.length();
-    let uneven = |axis: DVec3| !((axis.length() / scale - 1.0).abs() <= AXIS_TOLERANCE);
-    if axes.determinant() == 0.0 || uneven(axes.x_axis) || uneven(axes.y_axis) {
+    let even = |axis: DVec3| (axis.length() / scale - 1.0).abs() <= AXIS_TOLERANCE;
+    if axes.determinant() == 0.0 || !(even(axes.x_axis) && even(axes.y_axis)) {
         return Err(node.error("to_world scales the camera's axes unequally, or to nothing"));
     }
     let tan_x = tan_half_fov(node, aspect)?;
@@ -132,17 +134,15 @@ fn camera(node: &Node, aspect: f64) -> Result<Camera> {
     let (half_across, half_up) = (left * tan_x, up * (tan_x / aspect));
     let near = node.float("near_clip")?.unwrap_or(0.0);
     let far = node.float("far_clip")?.unwrap_or(f64::INFINITY);
-    if !(near >= 0.0 && near < far) {
-        return Err(node.error(format!("near_clip {near} and far_clip {far}: 0 ≤ near_clip < far_clip is wanted")));
-    }
-    Ok(Camera {
+    let camera = Camera {
         origin: to_world.translation.as_vec3(),
         corner: (forward + half_across * (1.0 - 2.0 * x) + half_up * (1.0 - 2.0 * y)).as_vec3(),
         across: (half_across * -2.0).as_vec3(),
         down: (half_up * -2.0).as_vec3(),
         near: near as f32,
         far: far as f32,
-    })
+    };
+    camera_problem(&camera).map_or(Ok(camera), |problem| Err(node.error(problem)))
 }
 
 /// Tangent of half the horizontal field of view.
@@ -167,7 +167,7 @@ fn tan_half_fov(node: &Node, aspect: f64) -> Result<f64> {
         "diagonal" => Ok(tan / (1.0 + 1.0 / (aspect * aspect)).sqrt()),
         other => {
             let allowed = "x, y, diagonal, smaller, larger";
-            Err(node.error(format!("fov_axis is `{}`; allowed: {allowed}", super::super::obj::shorten(other))))
+            Err(node.error(format!("fov_axis is `{}`; allowed: {allowed}", super::super::shorten(other))))
         }
     }
 }
@@ -176,9 +176,9 @@ fn tan_half_fov(node: &Node, aspect: f64) -> Result<f64> {
 fn focal_length(node: &Node) -> Result<Option<f64>> {
     let Some(property) = node.properties.iter().find(|p| p.name == "focal_length") else { return Ok(None) };
     let length = match &property.value {
-        super::Value::String(text) => {
+        Value::String(text) => {
             property.used.set(true);
-            super::value::float(text.trim().trim_end_matches("mm")).map_err(|m| node.error(m))?
+            value::float(text.trim().trim_end_matches("mm")).map_err(|m| node.error(m))?
         }
         _ => node.float("focal_length")?.unwrap_or_default(),
     };

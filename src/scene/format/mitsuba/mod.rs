@@ -1,6 +1,8 @@
 //! Mitsuba 3 XML (versions 0.x to 3.x): <https://mitsuba.readthedocs.io/en/stable/src/key_topics/scene_format.html>.
 
+mod attribute;
 mod camera;
+mod reader;
 mod shape;
 mod surface;
 mod tree;
@@ -8,18 +10,17 @@ mod value;
 
 use crate::error::{Error, Place, Result};
 use crate::scene::{Depth, Light, Scene};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use std::collections::HashMap;
 use std::path::Path;
 use tree::{Node, Tree};
-use value::Value;
 
 /// Reads a scene and checks it; see [`super::load`].
 ///
 /// # Errors
 /// [`Error::Input`] with file, line, what was found and what is allowed; [`Error::Io`] where a file cannot be read.
 pub fn load(path: &Path, parameters: &[(String, String)], size: Option<[u32; 2]>) -> Result<Scene> {
-    parse_str(&tree::text(super::read(path)?, path)?, path, parameters, size)
+    parse_str(&reader::text(super::read(path)?, path)?, path, parameters, size)
 }
 
 /// [`load`] from text. `path` names the text in messages; relative file names are looked up beside it.
@@ -27,13 +28,14 @@ pub fn load(path: &Path, parameters: &[(String, String)], size: Option<[u32; 2]>
 /// # Errors
 /// As [`load`].
 pub fn parse_str(text: &str, path: &Path, parameters: &[(String, String)], size: Option<[u32; 2]>) -> Result<Scene> {
-    let tree = tree::read(text, path, parameters)?;
+    let tree = reader::read(text, path, parameters)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let scene = Scene { name, materials: vec![crate::scene::Material::Black], ..Default::default() };
     let mut builder = Builder { tree, scene, size, surfaces: HashMap::new(), default_surface: None };
     builder.scene()?;
     let Builder { tree, mut scene, .. } = builder;
     scene.sources = tree.sources;
+    scene.warnings.splice(0..0, tree.warnings);
     scene.validate().map_err(|problems| Error::input(Place::file(path), problems.join("; ")))?;
     let flat = scene.zero_area_triangles();
     if flat > 0 {
@@ -88,6 +90,12 @@ impl Builder {
             self.scene.depth = self.integrator(integrator)?;
         }
         if self.scene.lights.is_empty() {
+            if self.scene.shapes.is_empty() {
+                return Err(Error::input(
+                    self.tree.nodes[0].place.clone(),
+                    "the scene is empty: no shape and no light",
+                ));
+            }
             self.warn(&self.tree.nodes[0].place.clone(), "the scene has no light source");
         }
         Ok(())
@@ -134,18 +142,20 @@ impl Builder {
     /// A light that is not part of a shape.
     fn light(&mut self, index: usize) -> Result<()> {
         let node = &self.tree.nodes[index];
-        let light = if node.plugin == "constant" {
-            Light::Constant { radiance: self.emission(node, "radiance")? }
+        let (light, quiet): (_, &[&str]) = if node.plugin == "constant" {
+            (Light::Constant { radiance: self.emission(index, "radiance")? }, &["sampling_weight", "to_world"])
         } else {
             let position = match (node.vector("position")?, node.transform("to_world")?) {
                 (Some(_), Some(_)) => return Err(node.error("found both `position` and `to_world`; give one")),
                 (Some(position), None) => position,
                 (None, to_world) => to_world.unwrap_or_default().transform_point3(DVec3::ZERO),
             };
-            Light::Point { position: position.as_vec3(), intensity: self.emission(node, "intensity")? }
+            if !position.as_vec3().is_finite() {
+                return Err(node.error(format!("position {position} is out of the range of 32-bit numbers")));
+            }
+            let intensity = self.emission(index, "intensity")?;
+            (Light::Point { position: position.as_vec3(), intensity }, &["sampling_weight"])
         };
-        let quiet: &[&str] =
-            if node.plugin == "constant" { &["sampling_weight", "to_world"] } else { &["sampling_weight"] };
         self.scene.lights.push(light);
         self.finish(index, quiet);
         Ok(())
@@ -160,63 +170,8 @@ impl Builder {
     fn finish(&mut self, index: usize, quiet: &[&str]) {
         let node = &self.tree.nodes[index];
         for property in node.properties.iter().filter(|p| !p.used.replace(true) && !quiet.contains(&p.name.as_str())) {
-            let (place, name) = (&property.place, super::obj::shorten(&property.name));
+            let (place, name) = (&property.place, super::shorten(&property.name));
             self.scene.warnings.push(format!("{place}: `{name}` of {} has no effect", node.title()));
         }
-    }
-}
-
-/// Typed access to properties. `None` where the property is absent.
-impl Node {
-    fn error(&self, message: impl std::fmt::Display) -> Error {
-        Error::input(self.place.clone(), format!("{}: {message}", self.title()))
-    }
-
-    fn unsupported(&self, plugin: &str, allowed: &str) -> Error {
-        let message = format!("{} `{}` is not supported; allowed: {allowed}", self.tag, super::obj::shorten(plugin));
-        Error::input(self.place.clone(), message)
-    }
-
-    /// For messages: ``shape `obj` ``.
-    fn title(&self) -> String {
-        format!("{} `{}`", self.tag, super::obj::shorten(&self.plugin))
-    }
-
-    fn get<T>(&self, name: &str, kind: &str, convert: impl Fn(&Value) -> Option<T>) -> Result<Option<T>> {
-        let Some(property) = self.properties.iter().find(|p| p.name == name) else { return Ok(None) };
-        property.used.set(true);
-        let value = convert(&property.value).ok_or_else(|| {
-            let message = format!("`{name}` of {} is a {}; a {kind} is wanted", self.title(), property.value.kind());
-            Error::input(property.place.clone(), message)
-        })?;
-        Ok(Some(value))
-    }
-
-    fn float(&self, name: &str) -> Result<Option<f64>> {
-        self.get(name, "float", |v| match v {
-            Value::Float(v) => Some(*v),
-            Value::Integer(v) => Some(*v as f64),
-            _ => None,
-        })
-    }
-
-    fn integer(&self, name: &str) -> Result<Option<i64>> {
-        self.get(name, "integer", |v| if let Value::Integer(v) = v { Some(*v) } else { None })
-    }
-
-    fn boolean(&self, name: &str) -> Result<Option<bool>> {
-        self.get(name, "boolean", |v| if let Value::Boolean(v) = v { Some(*v) } else { None })
-    }
-
-    fn string(&self, name: &str) -> Result<Option<String>> {
-        self.get(name, "string", |v| if let Value::String(v) = v { Some(v.clone()) } else { None })
-    }
-
-    fn vector(&self, name: &str) -> Result<Option<DVec3>> {
-        self.get(name, "point or vector", |v| if let Value::Vector(v) = v { Some(*v) } else { None })
-    }
-
-    fn transform(&self, name: &str) -> Result<Option<DAffine3>> {
-        self.get(name, "transform", |v| if let Value::Transform(v) = v { Some(*v) } else { None })
     }
 }

@@ -5,6 +5,7 @@ use super::super::{obj, ply, read};
 use super::{Builder, Node};
 use crate::error::Result;
 use crate::math::Vec3;
+use crate::scene::validate::is_sound;
 use crate::scene::{Geometry, Light, Shape, Triangle};
 use glam::DVec3;
 use std::ops::Range;
@@ -38,6 +39,10 @@ impl Builder {
                 return Err(node.unsupported(other, "rectangle, cube, sphere, disk, cylinder, obj, ply"));
             }
         };
+        if !is_sound(&geometry) {
+            let message = format!("is not finite or has no extent in 32-bit numbers: {geometry:?}");
+            return Err(self.tree.nodes[index].error(message));
+        }
         let (surface, emitter) = self.attachments(index)?;
         let [front, back] = match surface {
             Some(surface) => self.surface(surface)?,
@@ -62,7 +67,7 @@ impl Builder {
                 ("bsdf", _) => &mut surface,
                 ("emitter", "area") => &mut emitter,
                 ("emitter", other) => return Err(found.unsupported(other, "area (inside a shape)")),
-                _ => return Err(found.error("has no place in a shape; allowed: a bsdf, an emitter `area`")),
+                _ => return Err(found.error("not supported in a shape; allowed: a bsdf, an emitter `area`")),
             };
             if slot.replace(inner).is_some() {
                 return Err(node.error(format!("has two objects of kind {}", found.tag)));
@@ -73,7 +78,7 @@ impl Builder {
 
     /// Adds the light of the shape that comes next.
     fn area_light(&mut self, index: usize) -> Result<u32> {
-        let radiance = self.emission(&self.tree.nodes[index], "radiance")?;
+        let radiance = self.emission(index, "radiance")?;
         self.finish(index, &["sampling_weight"]);
         self.scene.lights.push(Light::Area { shape: self.scene.shapes.len() as u32, radiance });
         Ok(self.scene.lights.len() as u32 - 1)

@@ -3,7 +3,7 @@
 use super::super::spectrum::{Role, Spectrum};
 use super::value::Value;
 use super::{Builder, Node};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::math::Rgb;
 use crate::scene::Material;
 use glam::DVec3;
@@ -41,9 +41,7 @@ impl Builder {
     }
 
     fn diffuse(&mut self, index: usize) -> Result<u32> {
-        let node = &self.tree.nodes[index];
-        let (reflectance, warning) = self.reflectance(node)?;
-        self.scene.warnings.extend(warning);
+        let reflectance = self.reflectance(index)?;
         self.finish(index, &[]);
         Ok(self.add_material(Material::Diffuse { reflectance }))
     }
@@ -66,42 +64,46 @@ impl Builder {
         self.scene.materials.len() as u32 - 1
     }
 
-    /// The reflectance of a diffuse BSDF, with a warning where it was brought into gamut, as Mitsuba does for lists.
-    fn reflectance(&self, node: &Node) -> Result<(Rgb, Option<String>)> {
-        let Some((value, place)) = self.color(node, "reflectance")? else { return Ok((Rgb::splat(0.5), None)) };
-        let is_list = matches!(value, Value::Spectrum(Spectrum::List(_)));
+    /// The reflectance of a diffuse BSDF.
+    fn reflectance(&mut self, index: usize) -> Result<Rgb> {
+        let color = self.color(&self.tree.nodes[index], "reflectance")?;
+        let Some((value, place)) = color else { return Ok(Rgb::splat(0.5)) };
         let rgb = to_rgb(&value, Role::Reflectance);
-        let bounded = rgb.clamp(Rgb::ZERO, Rgb::ONE);
-        if bounded == rgb {
-            Ok((rgb, None))
-        } else if is_list && self.list_in_unit_range(&value) {
-            let warning = format!("{place}: the spectrum is out of the gamut of RGB, {rgb}; taken as {bounded}");
-            Ok((bounded, Some(warning)))
-        } else {
-            Err(Error::input(place, format!("reflectance {rgb}; each channel must be in [0, 1]")))
-        }
-    }
-
-    fn list_in_unit_range(&self, value: &Value) -> bool {
-        let Value::Spectrum(Spectrum::List(list)) = value else { return false };
-        list.iter().all(|p| (0.0..=1.0).contains(&p.1))
+        let sound =
+            matches!(&value, Value::Spectrum(Spectrum::List(l)) if l.iter().all(|p| (0.0..=1.0).contains(&p.1)));
+        self.in_gamut(rgb, rgb.clamp(Rgb::ZERO, Rgb::ONE), sound, place, "reflectance", "in [0, 1]")
     }
 
     /// The radiance or intensity of an emitter; Mitsuba's default is 1.
-    pub(super) fn emission(&self, node: &Node, name: &str) -> Result<Rgb> {
-        let Some((value, place)) = self.color(node, name)? else { return Ok(Rgb::ONE) };
+    pub(super) fn emission(&mut self, index: usize, name: &str) -> Result<Rgb> {
+        let color = self.color(&self.tree.nodes[index], name)?;
+        let Some((value, place)) = color else { return Ok(Rgb::ONE) };
         let rgb = to_rgb(&value, Role::Emission);
-        let is_list = matches!(&value, Value::Spectrum(Spectrum::List(l)) if l.iter().all(|p| p.1 >= 0.0));
-        let rgb = if is_list { rgb.max(Rgb::ZERO) } else { rgb };
-        if rgb.is_finite() && rgb.min_element() >= 0.0 {
-            Ok(rgb)
-        } else {
-            Err(Error::input(place, format!("{name} {rgb}; each channel must be finite and at least 0")))
+        let sound = match &value {
+            Value::Spectrum(Spectrum::List(list)) => list.iter().all(|p| p.1 >= 0.0),
+            Value::Spectrum(Spectrum::Blackbody { .. }) => true,
+            _ => false,
+        };
+        self.in_gamut(rgb, rgb.clamp(Rgb::ZERO, Rgb::MAX), sound, place, name, "finite and at least 0")
+    }
+
+    /// Values as they are, if they are in their range. RGB cannot show every spectrum that is: such colours are taken
+    /// as the nearest ones in range, as Mitsuba does, with a warning.
+    fn in_gamut(&mut self, rgb: Rgb, bounded: Rgb, sound: bool, place: Place, name: &str, range: &str) -> Result<Rgb> {
+        if rgb == bounded {
+            return Ok(rgb);
         }
+        if !sound || !rgb.is_finite() {
+            return Err(Error::input(place, format!("{name} {rgb}; each channel must be {range}")));
+        }
+        self.scene
+            .warnings
+            .push(format!("{place}: the spectrum is out of the gamut of RGB, {rgb}; taken as {bounded}"));
+        Ok(bounded)
     }
 
     /// A colour property: a value, or an object inside that is named so.
-    fn color(&self, node: &Node, name: &str) -> Result<Option<(Value, crate::error::Place)>> {
+    fn color(&self, node: &Node, name: &str) -> Result<Option<(Value, Place)>> {
         if let Some(property) = node.properties.iter().find(|p| p.name == name) {
             let is_color = |v: &Value| match v {
                 Value::Float(_) | Value::Rgb(_) | Value::Spectrum(_) => Some(v.clone()),

@@ -1,74 +1,25 @@
-//! From XML text to a tree of objects with typed properties: includes, parameters, aliases and old spellings are gone
-//! after this step.
+//! The scene as objects with typed properties. Includes, parameters, aliases and old spellings are gone here.
 
-use super::super::obj::shorten;
-use super::super::spectrum::Spectrum;
-use super::value::{self, Parsed, Value};
+use super::super::shorten;
+use super::value::Value;
 use crate::error::{Error, Place, Result, suggestion};
 use glam::{DAffine3, DVec3};
-use roxmltree::{Document, Node as Xml, ParsingOptions};
 use std::cell::Cell;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// Includes inside includes; Mitsuba's limit.
-const INCLUDE_DEPTH: usize = 15;
-/// Includes in all: files that include each other several times over stay harmless.
-const INCLUDES: usize = 1000;
-/// Elements inside elements. Real scenes need about six.
-const ELEMENT_DEPTH: usize = 50;
-/// Bounds the memory that the XML parser takes.
-const LARGEST_XML: usize = 64 << 20;
-const MOST_XML_NODES: u32 = 4_000_000;
-
-/// Parameters made of parameters can grow without end.
-const LONGEST_VALUE: usize = 1 << 20;
-
-/// Elements that stand for plugins.
-const OBJECTS: [&str; 13] = [
-    "bsdf",
-    "emitter",
-    "film",
-    "integrator",
-    "medium",
-    "phase",
-    "rfilter",
-    "sampler",
-    "sensor",
-    "shape",
-    "texture",
-    "volume",
-    "field",
-];
-/// All other elements.
-const OTHERS: [&str; 15] = [
-    "boolean",
-    "float",
-    "integer",
-    "string",
-    "point",
-    "vector",
-    "rgb",
-    "srgb",
-    "spectrum",
-    "transform",
-    "ref",
-    "alias",
-    "include",
-    "default",
-    "path",
-];
 
 /// The scene as objects.
 #[derive(Default)]
 pub(super) struct Tree {
     /// The first is `<scene>`.
     pub(super) nodes: Vec<Node>,
-    ids: HashMap<String, usize>,
+    pub(super) ids: BTreeMap<String, usize>,
     /// Files read so far.
     pub(super) sources: Vec<PathBuf>,
+    /// What was read otherwise than Mitsuba 3 reads it.
+    pub(super) warnings: Vec<String>,
     /// Where relative file names are looked up, in this order.
-    directories: Vec<PathBuf>,
+    pub(super) directories: Vec<PathBuf>,
 }
 
 /// One object.
@@ -95,11 +46,11 @@ pub(super) struct Property {
 pub(super) struct Child {
     /// The property that it stands for, if it says so.
     pub(super) name: Option<String>,
-    target: Target,
-    place: Place,
+    pub(super) target: Target,
+    pub(super) place: Place,
 }
 
-enum Target {
+pub(super) enum Target {
     Node(usize),
     Reference(String),
 }
@@ -136,433 +87,57 @@ impl Tree {
     }
 }
 
-/// A `$name`.
-struct Parameter {
-    name: String,
-    value: String,
-    /// A `<default>` names it, or something uses it.
-    known: bool,
-}
-
-/// Reads a scene from XML text; `path` is its name for messages and the base of relative file names.
-pub(super) fn read(text: &str, path: &Path, parameters: &[(String, String)]) -> Result<Tree> {
-    let parameters = parameters
-        .iter()
-        .map(|(name, value)| Parameter { name: name.clone(), value: value.clone(), known: false })
-        .collect();
-    let mut reader = Reader { tree: Tree::default(), parameters, open: Vec::new(), includes: 0 };
-    reader.tree.directories.push(path.parent().unwrap_or(Path::new("")).to_owned());
-    reader.file(text, path, None)?;
-    if let Some(unknown) = reader.parameters.iter().find(|p| !p.known) {
-        let known: Vec<_> = reader.parameters.iter().filter(|p| p.known).map(|p| p.name.as_str()).collect();
-        let hint = suggestion(&unknown.name, known.iter().copied());
-        let hint = hint.map_or(String::new(), |s| format!("; did you mean `{s}`?"));
-        let message = format!("the scene has no parameter `{}`{hint} (it has: {})", unknown.name, known.join(", "));
-        return Err(Error::input(Place::file(path), message));
-    }
-    Ok(reader.tree)
-}
-
-struct Reader {
-    tree: Tree,
-    parameters: Vec<Parameter>,
-    /// The files being read, outermost first.
-    open: Vec<PathBuf>,
-    includes: usize,
-}
-
-/// One XML file.
-struct File<'a> {
-    path: &'a Path,
-    /// Byte offsets at which lines start.
-    lines: Vec<usize>,
-    /// Written for Mitsuba 0.x or 1.x: property names are camelCase.
-    old: bool,
-}
-
-impl File<'_> {
-    fn place(&self, xml: Xml) -> Place {
-        let at = xml.range().start;
-        let line = self.lines.partition_point(|&start| start <= at);
-        Place { file: self.path.to_owned(), line: line as u32, column: (at - self.lines[line - 1] + 1) as u32 }
+/// Typed access to properties. `None` where the property is absent.
+impl Node {
+    pub(super) fn error(&self, message: impl std::fmt::Display) -> Error {
+        Error::input(self.place.clone(), format!("{}: {message}", self.title()))
     }
 
-    fn error(&self, xml: Xml, message: impl Into<String>) -> Error {
-        Error::input(self.place(xml), message)
+    pub(super) fn unsupported(&self, plugin: &str, allowed: &str) -> Error {
+        let message = format!("{} `{}` is not supported; allowed: {allowed}", self.tag, shorten(plugin));
+        Error::input(self.place.clone(), message)
     }
 
-    /// Mitsuba's upgrade of names from 0.x: `toWorld` becomes `to_world`.
-    fn property_name(&self, name: &str) -> String {
-        if !self.old {
-            return name.to_owned();
-        }
-        let mut upgraded = String::new();
-        let mut last = '_';
-        for c in name.chars() {
-            if c.is_ascii_uppercase() && last.is_ascii_lowercase() {
-                upgraded.push('_');
-            }
-            upgraded.push(c.to_ascii_lowercase());
-            last = c;
-        }
-        if upgraded == "diffuse_reflectance" { "reflectance".to_owned() } else { upgraded }
-    }
-}
-
-/// An element's attributes after substitution.
-struct Attributes(Vec<(String, String)>);
-
-impl Attributes {
-    fn get(&self, name: &str) -> Option<&str> {
-        self.0.iter().find(|a| a.0 == name).map(|a| a.1.as_str())
+    /// For messages: ``shape `obj` ``.
+    pub(super) fn title(&self) -> String {
+        format!("{} `{}`", self.tag, shorten(&self.plugin))
     }
 
-    /// An attribute that [`Reader::attributes`] was told to require.
-    fn required(&self, name: &str) -> &str {
-        self.get(name).unwrap_or_default()
-    }
-
-    fn components(&self, default: f64) -> Parsed<DVec3> {
-        value::components(self.get("value"), ["x", "y", "z"].map(|n| self.get(n)), default)
-    }
-}
-
-impl Reader {
-    /// Reads a file: the scene itself, or what it includes into `parent` (object, the property's name, depth).
-    fn file(&mut self, text: &str, path: &Path, parent: Option<(usize, Option<&str>, usize)>) -> Result<()> {
-        if text.len() > LARGEST_XML {
-            let message = format!("{} bytes of XML; at most {LARGEST_XML} are read", text.len());
-            return Err(Error::input(Place::file(path), message));
-        }
-        let options = ParsingOptions { nodes_limit: MOST_XML_NODES, ..Default::default() };
-        let document = Document::parse_with_options(text, options).map_err(|error| {
-            let position = error.pos();
-            let place = Place { file: path.to_owned(), line: position.row, column: position.col };
-            Error::input(place, format!("not well-formed XML: {error}"))
+    pub(super) fn get<T>(&self, name: &str, kind: &str, convert: impl Fn(&Value) -> Option<T>) -> Result<Option<T>> {
+        let Some(property) = self.properties.iter().find(|p| p.name == name) else { return Ok(None) };
+        property.used.set(true);
+        let value = convert(&property.value).ok_or_else(|| {
+            let message = format!("`{name}` of {} is a {}; a {kind} is wanted", self.title(), property.value.kind());
+            Error::input(property.place.clone(), message)
         })?;
-        let newlines = text.bytes().enumerate().filter(|b| b.1 == b'\n').map(|b| b.0 + 1);
-        let mut file = File { path, lines: std::iter::once(0).chain(newlines).collect(), old: false };
-        let root = document.root_element();
-        let version = root.attribute("version").ok_or_else(|| {
-            file.error(root, format!("<{}> lacks the attribute `version`", shorten(root.tag_name().name())))
-        })?;
-        let major = version.trim().split('.').next().and_then(|v| v.parse::<u32>().ok());
-        match major {
-            Some(0..=3) => file.old = major < Some(2),
-            _ => return Err(file.error(root, format!("version `{}`; allowed: 0.x to 3.x", shorten(version)))),
-        }
-        self.tree.add_source(path);
-        self.open.push(path.to_owned());
-        let is_scene = root.tag_name().name() == "scene";
-        match parent {
-            None if !is_scene => {
-                return Err(file.error(root, format!("<{}> found; <scene> is wanted", shorten(root.tag_name().name()))));
-            }
-            None => {
-                let node = self.node(&file, root, "scene", String::new())?;
-                self.children(&file, root, node, 0)?;
-            }
-            Some((node, _, depth)) if is_scene => self.children(&file, root, node, depth)?,
-            Some((node, name, depth)) => self.element(&file, root, node, name, depth + 1)?,
-        }
-        self.open.pop();
-        Ok(())
+        Ok(Some(value))
     }
 
-    fn children(&mut self, file: &File, xml: Xml, node: usize, depth: usize) -> Result<()> {
-        xml.children().filter(Xml::is_element).try_for_each(|child| self.element(file, child, node, None, depth + 1))
+    pub(super) fn float(&self, name: &str) -> Result<Option<f64>> {
+        self.get(name, "float", |v| match v {
+            Value::Float(v) => Some(*v),
+            Value::Integer(v) => Some(*v as f64),
+            _ => None,
+        })
     }
 
-    /// Adds an object without its children.
-    fn node(&mut self, file: &File, xml: Xml, tag: &str, plugin: String) -> Result<usize> {
-        let id = xml.attribute("id").map(|id| self.substitute(file, xml, id)).transpose()?;
-        let index = self.tree.nodes.len();
-        if let Some(id) = &id {
-            self.name(file, xml, id, index)?;
-        }
-        let (properties, children) = (Vec::new(), Vec::new());
-        self.tree.nodes.push(Node { tag: tag.to_owned(), plugin, id, place: file.place(xml), properties, children });
-        Ok(index)
+    pub(super) fn integer(&self, name: &str) -> Result<Option<i64>> {
+        self.get(name, "integer", |v| if let Value::Integer(v) = v { Some(*v) } else { None })
     }
 
-    /// Gives an id to an object.
-    fn name(&mut self, file: &File, xml: Xml, id: &str, index: usize) -> Result<()> {
-        if let Some(&other) = self.tree.ids.get(id) {
-            let place = &self.tree.nodes[other].place;
-            return Err(file.error(xml, format!("the id `{}` is taken already ({place})", shorten(id))));
-        }
-        self.tree.ids.insert(id.to_owned(), index);
-        Ok(())
+    pub(super) fn boolean(&self, name: &str) -> Result<Option<bool>> {
+        self.get(name, "boolean", |v| if let Value::Boolean(v) = v { Some(*v) } else { None })
     }
 
-    /// Reads one element inside object `parent`. `name`: the property it stands for, if an `<include>` says so.
-    fn element(&mut self, file: &File, xml: Xml, parent: usize, name: Option<&str>, depth: usize) -> Result<()> {
-        if depth > ELEMENT_DEPTH {
-            return Err(file.error(xml, format!("elements are nested deeper than {ELEMENT_DEPTH}")));
-        }
-        let tag = xml.tag_name().name();
-        let is_object = OBJECTS.contains(&tag) || tag == "spectrum" && xml.has_attribute("type");
-        if !is_object && let Some(child) = xml.children().find(Xml::is_element).filter(|_| tag != "transform") {
-            let message = format!("<{}> cannot stand inside <{}>", shorten(child.tag_name().name()), shorten(tag));
-            return Err(file.error(child, message));
-        }
-        match tag {
-            _ if is_object => {
-                let attributes = self.attributes(file, xml, &["type"], &["id", "name", "version"])?;
-                let name = name.or(attributes.get("name")).map(|n| file.property_name(n));
-                let node = self.node(file, xml, tag, attributes.required("type").to_owned())?;
-                self.add_child(parent, name, Target::Node(node), file.place(xml));
-                self.children(file, xml, node, depth)
-            }
-            "ref" => {
-                let attributes = self.attributes(file, xml, &["id"], &["name"])?;
-                let name = attributes.get("name").map(|n| file.property_name(n));
-                let target = Target::Reference(attributes.required("id").to_owned());
-                self.add_child(parent, name, target, file.place(xml));
-                Ok(())
-            }
-            "alias" => {
-                let attributes = self.attributes(file, xml, &["id", "as"], &[])?;
-                let id = attributes.required("id");
-                let index = self.tree.ids.get(id).copied();
-                let index =
-                    index.ok_or_else(|| file.error(xml, format!("no object above has the id `{}`", shorten(id))))?;
-                self.name(file, xml, attributes.required("as"), index)
-            }
-            "default" => self.default(file, xml),
-            "path" => self.search_path(file, xml, parent),
-            "include" => self.include(file, xml, parent, depth),
-            "transform" => {
-                let attributes = self.attributes(file, xml, &["name"], &[])?;
-                let transform = self.transform(file, xml)?;
-                self.add_property(file, xml, parent, attributes.required("name"), Value::Transform(transform))
-            }
-            "translate" | "rotate" | "scale" | "lookat" | "lookAt" | "matrix" => {
-                Err(file.error(xml, format!("<{tag}> must stand inside <transform>")))
-            }
-            _ => self.property(file, xml, parent),
-        }
+    pub(super) fn string(&self, name: &str) -> Result<Option<String>> {
+        self.get(name, "string", |v| if let Value::String(v) = v { Some(v.clone()) } else { None })
     }
 
-    fn add_child(&mut self, parent: usize, name: Option<String>, target: Target, place: Place) {
-        self.tree.nodes[parent].children.push(Child { name, target, place });
+    pub(super) fn vector(&self, name: &str) -> Result<Option<DVec3>> {
+        self.get(name, "point or vector", |v| if let Value::Vector(v) = v { Some(*v) } else { None })
     }
 
-    fn add_property(&mut self, file: &File, xml: Xml, parent: usize, name: &str, value: Value) -> Result<()> {
-        let name = file.property_name(name);
-        let node = &mut self.tree.nodes[parent];
-        if let Some(other) = node.properties.iter().find(|p| p.name == name) {
-            let message = format!("property `{}` is given twice (first: {})", shorten(&name), other.place);
-            return Err(file.error(xml, message));
-        }
-        node.properties.push(Property { name, value, place: file.place(xml), used: Cell::new(false) });
-        Ok(())
-    }
-
-    /// A property that is not an object.
-    fn property(&mut self, file: &File, xml: Xml, parent: usize) -> Result<()> {
-        let tag = xml.tag_name().name();
-        let value = |parsed: Parsed<Value>| parsed.map_err(|message| file.error(xml, message));
-        let (name, value) = match tag {
-            "point" | "vector" => {
-                let attributes = self.attributes(file, xml, &["name"], &["value", "x", "y", "z"])?;
-                let v = attributes.components(0.0).map(Value::Vector);
-                (attributes.required("name").to_owned(), value(v)?)
-            }
-            "spectrum" => {
-                let attributes = self.attributes(file, xml, &["name"], &["value", "filename"])?;
-                (attributes.required("name").to_owned(), Value::Spectrum(self.spectrum(file, xml, &attributes)?))
-            }
-            "float" | "integer" | "boolean" | "string" | "rgb" | "srgb" => {
-                let attributes = self.attributes(file, xml, &["name", "value"], &[])?;
-                let text = attributes.required("value");
-                let v = match tag {
-                    "float" => value::float(text).map(Value::Float),
-                    "integer" => value::integer(text).map(Value::Integer),
-                    "boolean" => value::boolean(text).map(Value::Boolean),
-                    "string" => Ok(Value::String(text.to_owned())),
-                    "rgb" => value::rgb(text).map(Value::Rgb),
-                    _ => value::srgb(text).map(Value::Rgb),
-                };
-                (attributes.required("name").to_owned(), value(v)?)
-            }
-            _ => {
-                let hint = suggestion(tag, OBJECTS.into_iter().chain(OTHERS));
-                let hint = hint.map_or(String::new(), |s| format!("; did you mean <{s}>?"));
-                let allowed = OBJECTS.into_iter().chain(OTHERS).collect::<Vec<_>>().join(", ");
-                let message = format!("unknown element <{}>{hint} (allowed: {allowed})", shorten(tag));
-                return Err(file.error(xml, message));
-            }
-        };
-        self.add_property(file, xml, parent, &name, value)
-    }
-
-    fn spectrum(&mut self, file: &File, xml: Xml, attributes: &Attributes) -> Result<Spectrum> {
-        match (attributes.get("value"), attributes.get("filename")) {
-            (Some(text), None) => value::spectrum(text).map_err(|message| file.error(xml, message)),
-            (None, Some(name)) => {
-                let path = self.tree.find_file(name, &file.place(xml))?;
-                self.tree.add_source(&path);
-                let bytes = super::super::read(&path)?;
-                value::spectrum_file(&String::from_utf8_lossy(&bytes))
-                    .map_err(|(line, message)| Error::input(Place::line(&path, line), message))
-            }
-            _ => Err(file.error(xml, "<spectrum> needs either `value` or `filename`")),
-        }
-    }
-
-    fn default(&mut self, file: &File, xml: Xml) -> Result<()> {
-        let attributes = self.attributes(file, xml, &["name", "value"], &[])?;
-        let name = attributes.required("name");
-        if name.is_empty() {
-            return Err(file.error(xml, "<default> with an empty name"));
-        }
-        match self.parameters.iter_mut().find(|p| p.name == name) {
-            Some(parameter) => parameter.known = true,
-            None => {
-                let value = attributes.required("value").to_owned();
-                self.parameters.push(Parameter { name: name.to_owned(), value, known: true });
-            }
-        }
-        Ok(())
-    }
-
-    fn search_path(&mut self, file: &File, xml: Xml, parent: usize) -> Result<()> {
-        let attributes = self.attributes(file, xml, &["value"], &[])?;
-        if parent != 0 {
-            return Err(file.error(xml, "<path> must stand directly inside <scene>"));
-        }
-        let name = attributes.required("value");
-        let directory = self.tree.directories.iter().map(|d| d.join(name)).find(|d| d.is_dir());
-        let directory = directory.ok_or_else(|| file.error(xml, format!("folder `{}` not found", shorten(name))))?;
-        self.tree.directories.insert(0, directory);
-        Ok(())
-    }
-
-    fn include(&mut self, file: &File, xml: Xml, parent: usize, depth: usize) -> Result<()> {
-        let attributes = self.attributes(file, xml, &["filename"], &["name"])?;
-        let place = file.place(xml);
-        let path = self.tree.find_file(attributes.required("filename"), &place)?;
-        self.includes += 1;
-        let problem = if self.open.iter().any(|open| same_file(open, &path)) {
-            Some("the file includes itself".to_owned())
-        } else if self.open.len() > INCLUDE_DEPTH {
-            Some(format!("includes are nested deeper than {INCLUDE_DEPTH}"))
-        } else if self.includes > INCLUDES {
-            Some(format!("more than {INCLUDES} includes"))
-        } else {
-            None
-        };
-        if let Some(problem) = problem {
-            return Err(Error::input(place, format!("including `{}`: {problem}", path.display())));
-        }
-        let text = text(super::super::read(&path)?, &path)?;
-        self.file(&text, &path, Some((parent, attributes.get("name"), depth)))
-    }
-
-    /// Steps in document order: each applies after the ones above it.
-    fn transform(&mut self, file: &File, xml: Xml) -> Result<DAffine3> {
-        let mut transform = DAffine3::IDENTITY;
-        for step in xml.children().filter(Xml::is_element) {
-            if let Some(child) = step.children().find(Xml::is_element) {
-                return Err(file.error(child, "nothing may stand inside a step of <transform>"));
-            }
-            transform = self.step(file, step)? * transform;
-            if !transform.is_finite() {
-                return Err(file.error(step, "the transform is not finite"));
-            }
-        }
-        Ok(transform)
-    }
-
-    fn step(&mut self, file: &File, xml: Xml) -> Result<DAffine3> {
-        let xyz = ["value", "x", "y", "z"];
-        let step = match xml.tag_name().name() {
-            "translate" => self.attributes(file, xml, &[], &xyz)?.components(0.0).map(DAffine3::from_translation),
-            "scale" => self.attributes(file, xml, &[], &xyz)?.components(1.0).map(DAffine3::from_scale),
-            "rotate" => {
-                let attributes = self.attributes(file, xml, &["angle"], &xyz)?;
-                let angle = value::float(attributes.required("angle"));
-                attributes.components(0.0).and_then(|axis| value::rotation(axis, angle?))
-            }
-            "lookat" | "lookAt" => {
-                let attributes = self.attributes(file, xml, &["origin", "target"], &["up"])?;
-                let point = |name| value::triple(attributes.required(name));
-                let up = attributes.get("up").map_or(Ok(DVec3::ZERO), value::triple);
-                point("origin").and_then(|origin| value::look_at(origin, point("target")?, up?))
-            }
-            "matrix" => value::matrix(self.attributes(file, xml, &["value"], &[])?.required("value")),
-            other => Err(format!(
-                "<{}> inside <transform>; allowed: translate, rotate, scale, lookat, matrix",
-                shorten(other)
-            )),
-        };
-        step.map_err(|message| file.error(xml, message))
-    }
-
-    /// The element's attributes after substitution: all of `required`, some of `optional`, nothing else.
-    fn attributes(&mut self, file: &File, xml: Xml, required: &[&str], optional: &[&str]) -> Result<Attributes> {
-        let mut found = Vec::new();
-        for attribute in xml.attributes() {
-            let name = attribute.name();
-            if !required.contains(&name) && !optional.contains(&name) {
-                let allowed = [required, optional].concat().join(", ");
-                let (name, tag) = (shorten(name), shorten(xml.tag_name().name()));
-                return Err(file.error(xml, format!("unknown attribute `{name}` of <{tag}>; allowed: {allowed}")));
-            }
-            found.push((name.to_owned(), self.substitute(file, xml, attribute.value())?));
-        }
-        if let Some(missing) = required.iter().find(|r| !found.iter().any(|f| f.0 == **r)) {
-            return Err(file.error(xml, format!("<{}> lacks the attribute `{missing}`", xml.tag_name().name())));
-        }
-        Ok(Attributes(found))
-    }
-
-    /// Puts in parameters: `$name` (the longest name that fits); `\$` is a dollar sign.
-    fn substitute(&mut self, file: &File, xml: Xml, text: &str) -> Result<String> {
-        let mut result = String::new();
-        let mut rest = text;
-        while let Some(at) = rest.find('$') {
-            let (before, after) = (&rest[..at], &rest[at + 1..]);
-            if let Some(escaped) = before.strip_suffix('\\') {
-                result.push_str(escaped);
-                result.push('$');
-                rest = after;
-                continue;
-            }
-            result.push_str(before);
-            let fits = |p: &&mut Parameter| !p.name.is_empty() && after.starts_with(&p.name);
-            let fitting = self.parameters.iter_mut().filter(fits);
-            let Some(parameter) = fitting.max_by_key(|p| p.name.len()) else {
-                let end = after.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(after.len());
-                let known = self.parameters.iter().map(|p| format!("${}", p.name)).collect::<Vec<_>>().join(", ");
-                let message = format!("undefined parameter ${} (defined: {known})", shorten(&after[..end]));
-                return Err(file.error(xml, message));
-            };
-            parameter.known = true;
-            result.push_str(&parameter.value);
-            rest = &after[parameter.name.len()..];
-            if result.len() > LONGEST_VALUE {
-                return Err(file.error(xml, format!("parameters make an attribute longer than {LONGEST_VALUE} bytes")));
-            }
-        }
-        result.push_str(rest);
-        Ok(result)
-    }
-}
-
-/// Bytes as UTF-8 text.
-pub(super) fn text(bytes: Vec<u8>, path: &Path) -> Result<String> {
-    String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..at].iter().filter(|&&b| b == b'\n').count() as u32 + 1;
-        Error::input(Place::line(path, line), format!("not UTF-8 text (byte {at})"))
-    })
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => a == b,
+    pub(super) fn transform(&self, name: &str) -> Result<Option<DAffine3>> {
+        self.get(name, "transform", |v| if let Value::Transform(v) = v { Some(*v) } else { None })
     }
 }

@@ -1,6 +1,6 @@
 //! Values of attributes: numbers, vectors, colours, transforms.
 
-use super::super::obj::shorten;
+use super::super::shorten;
 use super::super::spectrum::Spectrum;
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -80,7 +80,7 @@ pub(super) fn triple(text: &str) -> Parsed<DVec3> {
 /// One or three numbers, or `#rrggbb` as in Mitsuba 0.x.
 pub(super) fn rgb(text: &str) -> Parsed<DVec3> {
     if let Some(hex) = text.trim().strip_prefix('#') {
-        let code = u32::from_str_radix(hex, 16).ok().filter(|_| hex.len() == 6 && hex.is_ascii());
+        let code = u32::from_str_radix(hex, 16).ok().filter(|_| hex.len() == 6 && !hex.starts_with('+'));
         let code = code.ok_or_else(|| format!("`{}` is not a colour like #ff8000", shorten(text)))?;
         return Ok(DVec3::new((code >> 16) as f64, (code >> 8 & 255) as f64, (code & 255) as f64) / 255.0);
     }
