@@ -281,7 +281,8 @@ impl Axis {
         let (low, high) = (self.from.log10().floor() as i32, self.to.log10().ceil() as i32);
         let span = (self.to / self.from).log10();
         if span < 0.9 {
-            return self.steps(most);
+            // Half as many as fit: on a logarithm equal steps crowd towards the end.
+            return self.steps(most / 2.0);
         }
         let step = (span / most).ceil().max(1.0) as i32;
         // Short axes need labels between the powers of ten.
