@@ -159,8 +159,8 @@ pub fn write_exr(path: &Path, layers: &Layers, attributes: &Attributes) -> Resul
 
 /// The header's own attributes.
 fn layer_attributes(layers: &Layers, attributes: &Attributes) -> LayerAttributes {
-    let mut header = LayerAttributes::default();
-    header.software_name = Some(text(concat!("rootn ", env!("CARGO_PKG_VERSION"))));
+    let software = text(concat!("rootn ", env!("CARGO_PKG_VERSION")));
+    let mut header = LayerAttributes { software_name: Some(software), ..LayerAttributes::default() };
     let mut put = |name: &str, value| header.other.insert(text(name), value);
     put("samplesPerPixel", AttributeValue::I32(i32::try_from(attributes.samples_per_pixel).unwrap_or(i32::MAX)));
     put("renderTimeSeconds", AttributeValue::F32(attributes.render_time_seconds as f32));

@@ -241,23 +241,31 @@ impl Axis {
         self.start + t.clamp(-1e3, 1e3) * (self.end - self.start)
     }
 
-    /// Ticks whose labels have `room` pixels each.
-    pub(super) fn ticks(&self, room: f64) -> Vec<Tick> {
-        let most = ((self.end - self.start).abs() / room).max(1.0);
+    /// Ticks with as many labels as stand apart, beside one another on a horizontal axis, else above one another.
+    pub(super) fn ticks(&self, horizontal: bool) -> Vec<Tick> {
+        let most = ((self.end - self.start).abs() / if horizontal { 46.0 } else { 24.0 }).max(1.0);
         let ticks = match self.scale {
             Scale::Octaves => self.octaves(most),
             Scale::Decades => self.decades(most),
             Scale::Linear => self.steps(most),
         };
-        let slack = 1e-9;
-        let inside = |v: f64| match self.scale {
-            Scale::Linear => {
-                let width = slack * (self.to - self.from);
-                v >= self.from - width && v <= self.to + width
+        // A tick at the very end may miss it by rounding.
+        let slack = 1e-6 * (self.end - self.start).abs();
+        let (low, high) = (self.start.min(self.end) - slack, self.start.max(self.end) + slack);
+        let inside = |t: &Tick| (low..=high).contains(&self.beyond(t.value));
+        let mut ticks: Vec<Tick> = ticks.into_iter().filter(inside).collect();
+        let mut taken: Option<(f64, f64)> = None;
+        for tick in &mut ticks {
+            let Some(label) = &tick.label else { continue };
+            let extent = if horizontal { text_width(label, TEXT - 1.0) + 8.0 } else { 16.0 };
+            let at = self.at(tick.value);
+            if taken.is_some_and(|(last, other)| (at - last).abs() < (extent + other) / 2.0) {
+                tick.label = None;
+            } else {
+                taken = Some((at, extent));
             }
-            _ => v >= self.from * (1.0 - slack) && v <= self.to * (1.0 + slack),
-        };
-        ticks.into_iter().filter(|t| inside(t.value)).collect()
+        }
+        ticks
     }
 
     fn octaves(&self, most: f64) -> Vec<Tick> {
@@ -272,15 +280,13 @@ impl Axis {
     fn decades(&self, most: f64) -> Vec<Tick> {
         let (low, high) = (self.from.log10().floor() as i32, self.to.log10().ceil() as i32);
         let span = (self.to / self.from).log10();
+        if span < 0.9 {
+            // Half as many as fit: on a logarithm equal steps crowd towards the end.
+            return self.steps(most / 2.0);
+        }
         let step = (span / most).ceil().max(1.0) as i32;
         // Short axes need labels between the powers of ten.
-        let labelled: &[i32] = if span < 0.8 && most >= 9.0 * span {
-            &[1, 2, 3, 4, 5, 6, 7, 8, 9]
-        } else if span < 3.2 && most >= 3.0 * span {
-            &[1, 2, 5]
-        } else {
-            &[1]
-        };
+        let labelled: &[i32] = if span < 3.2 && most >= 3.0 * span { &[1, 2, 5] } else { &[1] };
         let mut ticks = Vec::new();
         for e in low..=high {
             for m in 1..=9 {
@@ -327,7 +333,7 @@ pub(super) struct Frame {
 impl Frame {
     /// Draws grid, frame, tick labels and the two axis labels.
     pub(super) fn draw(&self, canvas: &Canvas, x_label: &str, y_label: &str) {
-        let (x_ticks, y_ticks) = (self.x.ticks(46.0), self.y.ticks(24.0));
+        let (x_ticks, y_ticks) = (self.x.ticks(true), self.y.ticks(false));
         self.grid(canvas, &x_ticks, &y_ticks);
         self.label_x(canvas, &x_ticks, x_label);
         self.label_y(canvas, &y_ticks);
@@ -337,7 +343,7 @@ impl Frame {
 
     /// The same without a vertical axis, for rows that have names.
     pub(super) fn draw_rows(&self, canvas: &Canvas, x_label: &str) {
-        let ticks = self.x.ticks(46.0);
+        let ticks = self.x.ticks(true);
         self.grid(canvas, &ticks, &[]);
         self.label_x(canvas, &ticks, x_label);
     }
@@ -345,12 +351,12 @@ impl Frame {
     /// A scale without grid, for colour bars.
     pub(super) fn draw_scale(&self, canvas: &Canvas, label: &str) {
         self.grid(canvas, &[], &[]);
-        self.label_x(canvas, &self.x.ticks(46.0), label);
+        self.label_x(canvas, &self.x.ticks(true), label);
     }
 
     /// A panel among others: numbers only where it stands at the left or lower edge.
     pub(super) fn draw_panel(&self, canvas: &Canvas, leftmost: bool, lowest: bool) {
-        let (x_ticks, y_ticks) = (self.x.ticks(40.0), self.y.ticks(24.0));
+        let (x_ticks, y_ticks) = (self.x.ticks(true), self.y.ticks(false));
         self.grid(canvas, &x_ticks, &y_ticks);
         if lowest {
             self.label_x(canvas, &x_ticks, "");

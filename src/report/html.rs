@@ -178,7 +178,10 @@ fn costs(scene: &SceneResult, headline: &Headline) -> Grid {
         let Some(cost) = s.cost.iter().find(|c| c.target == t) else { return "–".to_owned() };
         let mark = if cost.extrapolated { "*" } else { "" };
         let seconds = cost.seconds.map_or_else(|| "no basis".into(), |i| format!("{} s", format_interval(&i, mark)));
-        format!("{seconds}, N ≈ {}", significant(cost.spp, 3))
+        let spp = cost.spp.ceil();
+        // Whole numbers as such, but not twenty digits of them.
+        let spp = if spp < 1e6 { spp.to_string() } else { significant(spp, 3) };
+        format!("{seconds}, N ≈ {spp}")
     };
     let row =
         |s: &StrategyResult| std::iter::once(plain(&s.name)).chain(scene.targets.iter().map(|&t| cell(s, t))).collect();

@@ -290,3 +290,21 @@ fn srgb(linear: f32) -> u8 {
     let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0).round() as u8
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shrinking_averages_whole_and_cut_squares() {
+        let image = Image { width: 3, height: 2, channels: 1, values: vec![1.0, 2.0, 5.0, 3.0, 4.0, 7.0] };
+        let small = image.shrunk(2);
+        assert_eq!((small.width, small.height, small.values), (2, 1, vec![2.5, 6.0]));
+    }
+
+    /// IEC 61966-2-1: black, white, the linear part, and mid grey.
+    #[test]
+    fn transfer_function() {
+        assert_eq!([0.0, 0.002, 0.214_041_14, 1.0, 7.0, -1.0].map(srgb), [0, 7, 128, 255, 255, 0]);
+    }
+}

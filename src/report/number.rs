@@ -63,7 +63,7 @@ fn exponent_of(x: f64) -> i32 {
 /// The power of ten to take out of numbers that are too large or small to be written plainly, and its text.
 fn common_power(values: &[f64]) -> (f64, String) {
     let exponent = exponent_of(values.iter().fold(0.0, |m: f64, v| m.max(v.abs())));
-    if (-3..=6).contains(&exponent) {
+    if (-4..=6).contains(&exponent) {
         (1.0, String::new())
     } else {
         (10f64.powi(exponent), format!(" ×10{}", superscript(exponent)))
@@ -72,6 +72,8 @@ fn common_power(values: &[f64]) -> (f64, String) {
 
 /// Decimals that leave two significant digits of `width`, but at most six of `estimate`; three of it where `width` is 0.
 fn decimals(estimate: f64, width: f64) -> i32 {
+    // A width of 0.1 may come as 0.0999…9, which has another exponent.
+    let width: f64 = format!("{width:.3e}").parse().unwrap_or(width);
     if width == 0.0 { 2 - exponent_of(estimate) } else { (1 - exponent_of(width)).min(5 - exponent_of(estimate)) }
 }
 
@@ -132,17 +134,17 @@ mod tests {
         assert_eq!(format_interval(&interval(12.31234, 11.84, 12.93), "×"), "12.3× [11.8, 12.9]");
         assert_eq!(format_interval(&interval(-0.5012, -0.5103, -0.4921), ""), "-0.501 [-0.510, -0.492]");
         assert_eq!(format_interval(&interval(1234.0, 1000.0, 1500.0), ""), "1230 [1000, 1500]");
-        assert_eq!(format_interval(&interval(1.234e-9, 1.2e-9, 1.3e-9), " s"), "1.234 s [1.200, 1.300] ×10⁻⁹");
+        assert_eq!(format_interval(&interval(1.234e-9, 1.2e-9, 1.3e-9), "*"), "1.23* [1.20, 1.30] ×10⁻⁹");
         assert_eq!(format_interval(&interval(2.0, 2.0, 2.0), ""), "2.00 [2.00, 2.00]");
         assert_eq!(format_interval(&interval(1.0, -0.001, f64::INFINITY), ""), "1.00 [-0.00100, inf]");
-        let alone = Interval { estimate: 3.14159, lower: None, upper: None, confidence: 0.95 };
-        assert_eq!(format_interval(&alone, "×"), "3.14×");
+        let alone = Interval { estimate: 3.1459, lower: None, upper: None, confidence: 0.95 };
+        assert_eq!(format_interval(&alone, "×"), "3.15×");
     }
 
     #[test]
     fn half_widths() {
-        assert_eq!(format_half_width(&interval(1.234, 1.18, 1.29)), "1.23 ± 0.06");
-        assert_eq!(format_half_width(&interval(1.234e-8, 1.18e-8, 1.29e-8)), "(1.23 ± 0.06) ×10⁻⁸");
+        assert_eq!(format_half_width(&interval(1.234, 1.174, 1.294)), "1.23 ± 0.06");
+        assert_eq!(format_half_width(&interval(1.234e-8, 1.174e-8, 1.294e-8)), "(1.23 ± 0.06) ×10⁻⁸");
         assert_eq!(percent(0.01), "1 %");
         assert_eq!(percent(0.0025), "0.25 %");
         assert_eq!(percent(1.0), "100 %");

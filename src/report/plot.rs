@@ -355,48 +355,39 @@ impl LinePlot<'_> {
         }
     }
 
-    /// The triangle of slope −1/2, in the corner that holds fewer points.
+    /// The triangle of slope −1/2, in the lower left corner or, where curves pass there, in the upper right one; none
+    /// where both are taken.
     fn triangle(&self, canvas: &Canvas, frame: &Frame) {
         let Frame { x, y } = frame;
         let per_x = (x.end - x.start) / (x.to / x.from).ln();
         let per_y = (y.start - y.end) / (y.to / y.from).ln();
-        // About a seventh of the width, but never higher than a third of the plot.
+        // A factor of four in N, but not too small to be seen nor higher than a third of the plot.
         let width = (per_x * 4f64.ln()).clamp(50.0, 90.0).min((y.start - y.end) / 3.0 * 2.0 * per_x / per_y);
         let rise = width / per_x / 2.0 * per_y;
         let floor = self.floor.map_or(y.start, |f| y.at(f) - 18.0);
-        let low = (x.start + 18.0, floor.min(y.start) - 26.0);
-        let high = (x.end - 18.0, y.end + 26.0);
-        let crowd = |(left, top, right, bottom): (f64, f64, f64, f64)| {
-            let inside =
-                |px: f64, py: f64| px > left - 12.0 && px < right + 12.0 && py > top - 12.0 && py < bottom + 12.0;
-            let along = |c: &Curve| {
-                let points: Vec<_> = c.points.iter().map(|p| (x.at(p.0), y.at(p.1.estimate))).collect();
-                let between = |w: &[(f64, f64)]| {
-                    (0..=8)
-                        .filter(|i| {
-                            let t = f64::from(*i) / 8.0;
-                            inside(w[0].0 + t * (w[1].0 - w[0].0), w[0].1 + t * (w[1].1 - w[0].1))
-                        })
-                        .count()
-                };
-                points.windows(2).map(between).sum::<usize>()
-            };
-            self.curves.iter().map(along).sum::<usize>()
-        };
-        let below = crowd((low.0, low.1 - rise, low.0 + width, low.1));
-        let above = crowd((high.0 - width, high.1, high.0, high.1 + rise));
-        let (corner, points) = if below <= above {
-            (low, [(low.0, low.1 - rise), (low.0 + width, low.1), low])
+        let (low, high) = ((x.start + 18.0, floor - 26.0), (x.end - 18.0, y.end + 26.0));
+        let (points, centre, label) = if self.is_free(frame, (low.0, low.1 - rise), (low.0 + width, low.1 + 18.0)) {
+            ([(low.0, low.1 - rise), (low.0 + width, low.1), low], low.0 + width / 2.0, low.1 + 11.0)
+        } else if self.is_free(frame, (high.0 - width, high.1 - 18.0), (high.0, high.1 + rise)) {
+            ([(high.0 - width, high.1), (high.0, high.1 + rise), high], high.0 - width / 2.0, high.1 - 11.0)
         } else {
-            (high, [(high.0 - width, high.1), (high.0, high.1 + rise), high])
-        };
-        if below.min(above) > 0 {
             return;
-        }
+        };
         canvas.line(&[points[0], points[1], points[2], points[0], points[1]], GREY, 1.1);
-        let centre = if below <= above { corner.0 + width / 2.0 } else { corner.0 - width / 2.0 };
-        let label_y = if below <= above { corner.1 + 11.0 } else { corner.1 - 11.0 };
-        canvas.text("slope −1/2", (centre, label_y), Anchor::Centre, TEXT - 1.0, GREY);
+        canvas.text("slope −1/2", (centre, label), Anchor::Centre, TEXT - 1.0, GREY);
+    }
+
+    /// Whether no curve comes near a rectangle of the plot.
+    fn is_free(&self, frame: &Frame, (left, top): (f64, f64), (right, bottom): (f64, f64)) -> bool {
+        const MARGIN: f64 = 12.0;
+        let near = |x: f64, y: f64| x > left - MARGIN && x < right + MARGIN && y > top - MARGIN && y < bottom + MARGIN;
+        !self.curves.iter().any(|curve| {
+            let points: Vec<_> = curve.points.iter().map(|p| (frame.x.at(p.0), frame.y.at(p.1.estimate))).collect();
+            let crosses = |a: (f64, f64), b: (f64, f64)| {
+                (0..=8).map(|i| f64::from(i) / 8.0).any(|t| near(a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1)))
+            };
+            points.windows(2).any(|w| crosses(w[0], w[1])) || points.first().is_some_and(|p| near(p.0, p.1))
+        })
     }
 
     /// Names at the right, in the order of the last points, as near to them as their height allows.

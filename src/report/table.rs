@@ -98,7 +98,8 @@ fn scaled(i: &Interval, factor: f64) -> Interval {
 
 /// The error at N.
 fn error_cell(headline: &Headline, strategy: &StrategyResult, spp: Option<u64>) -> String {
-    let Some(point) = strategy.checkpoints.iter().find(|c| Some(c.spp) == spp) else { return NONE.into() };
+    let point = strategy.checkpoints.iter().find(|c| Some(c.spp) == spp && !c.metrics.is_empty());
+    let Some(point) = point else { return NONE.into() };
     if let Some(error) = headline.at(point) {
         return format_half_width(&error);
     }
@@ -115,6 +116,9 @@ fn cost_cell(strategy: &StrategyResult, target: f64) -> String {
 
 /// What stands below a scene's table.
 fn notes(record: &Record, scene: &SceneResult, headline: &Headline, spp: Option<u64>) -> Vec<String> {
+    if scene.strategies.is_empty() {
+        return vec!["No strategy was run here.".into()];
+    }
     let mut notes = Vec::new();
     if let Some(metric) = record.metrics.first() {
         let percent = if headline.unit == "%" { ", in percent" } else { "" };
