@@ -658,7 +658,7 @@ fn far_spheres_are_exact() {
             let hit = Bvh::new(&s).unwrap().closest(&ray);
             let (o, d, c) = (from.as_dvec3(), direction.as_dvec3().normalize(), center.as_dvec3());
             let off = (c - o).cross(d).length() / f64::from(radius);
-            if off < 1.0 - 1e-9 || off > 1.0 + 1e-9 {
+            if (off - 1.0).abs() > 1e-9 {
                 assert_eq!(hit.is_some(), off < 1.0, "{off} {ray:?} {s:?}");
             }
             if let Some(hit) = hit {
