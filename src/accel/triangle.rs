@@ -168,8 +168,7 @@ impl Packet {
 
     /// t of a lane whose box contains the origin or the end, if 0 ≤ t < t_max, decided in f64 by the triangle's plane.
     /// `rough` is the f32 value; it stands where the ray is edge-on to the last bit and the plane says nothing.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     fn decide(&self, ray: &Ray, lane: usize, rough: f32) -> Option<f32> {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let [a, b, c] = self.triangle(lane).map(Vec3::as_dvec3);
