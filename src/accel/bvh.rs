@@ -3,7 +3,7 @@
 
 use super::primitives::{Best, BoundedQuadric, Primitives};
 use super::simd::{Portable, Simd};
-use super::slab::{Slabs, WideSlabs};
+use super::slab::{Axes, Slabs, WideSlabs};
 use super::tree::{Leaves, Tree};
 use super::triangle::{Packet, TriangleRay, bounds};
 use super::{Hit, Intersect, Ray};
@@ -47,14 +47,15 @@ impl Bvh {
     #[inline(always)]
     pub fn closest_with<S: Simd>(&self, s: S, ray: &Ray) -> Option<Hit> {
         let mut best = Best::new(ray);
+        let axes = Axes::new(ray.direction);
         if let Some((tree, packets)) = &self.triangles {
-            let mut leaves = ClosestTriangle { packets, ray: TriangleRay::new(s, ray), best: &mut best };
-            tree.walk(s, leaves.best.hit.t, &Slabs::new(ray, &tree.bounds), &mut leaves);
+            let mut leaves = ClosestTriangle { packets, ray: TriangleRay::new(s, ray, &axes), best: &mut best };
+            tree.walk::<S, _, true>(s, leaves.best.hit.t, &Slabs::new(ray, &axes, &tree.bounds), &mut leaves);
         }
         if let Some((tree, quadrics)) = &self.quadrics {
-            let slabs = Slabs::new(ray, &tree.bounds);
+            let slabs = Slabs::new(ray, &axes, &tree.bounds);
             let mut leaves = ClosestQuadric { quadrics, ray, slabs: &slabs, best: &mut best };
-            tree.walk(s, leaves.best.hit.t, &slabs, &mut leaves);
+            tree.walk::<S, _, true>(s, leaves.best.hit.t, &slabs, &mut leaves);
         }
         best.hit()
     }
@@ -63,17 +64,18 @@ impl Bvh {
     #[inline(always)]
     pub fn occluded_with<S: Simd>(&self, s: S, ray: &Ray) -> bool {
         let end = ray.t_max.next_down();
+        let axes = Axes::new(ray.direction);
         if let Some((tree, packets)) = &self.triangles {
-            let mut leaves = AnyTriangle { packets, ray: TriangleRay::new(s, ray), found: false };
-            tree.walk(s, end, &Slabs::new(ray, &tree.bounds), &mut leaves);
+            let mut leaves = AnyTriangle { packets, ray: TriangleRay::new(s, ray, &axes), found: false };
+            tree.walk::<S, _, false>(s, end, &Slabs::new(ray, &axes, &tree.bounds), &mut leaves);
             if leaves.found {
                 return true;
             }
         }
         if let Some((tree, quadrics)) = &self.quadrics {
-            let slabs = Slabs::new(ray, &tree.bounds);
+            let slabs = Slabs::new(ray, &axes, &tree.bounds);
             let mut leaves = AnyQuadric { quadrics, ray, slabs: &slabs, found: false };
-            tree.walk(s, end, &slabs, &mut leaves);
+            tree.walk::<S, _, false>(s, end, &slabs, &mut leaves);
             return leaves.found;
         }
         false

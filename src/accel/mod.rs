@@ -16,7 +16,8 @@ use crate::math::Vec3;
 
 /// A ray or segment: points `origin + t·direction`, `0 <= t < t_max`. The direction need not be normalised.
 /// No smallest `t`: a ray that leaves a surface starts at an origin moved off it by the error bound of the hit point
-/// ([`crate::math::robust::offset_origin`]).
+/// ([`leave`], [`segment`]). Where a triangle's box does not tell, 0 <= t and t < t_max are decided in f64 by the side of its
+/// plane that the origin and the end lie on.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     /// Start, world space.

@@ -1,4 +1,8 @@
 //! Eight f32 lanes: AVX2, or plain arrays that give the same bits (no fused multiply-add, the same min/max rule for NaN).
+//!
+//! Code generic over [`Simd`] is `#[inline(always)]`, free of closures that touch lanes, and ends in a function with
+//! `#[target_feature(enable = "avx2")]`, for example a whole path tracer that calls [`super::bvh::Bvh::closest_with`]:
+//! only there do the instructions inline.
 
 /// Eight-lane f32 arithmetic. A value of an implementing type is the proof that its instructions may be used.
 pub trait Simd: Copy {

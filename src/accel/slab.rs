@@ -30,6 +30,25 @@ impl Bounds {
     }
 }
 
+/// What all tests want to know of a direction.
+pub(crate) struct Axes {
+    /// 1/direction.
+    pub(crate) rcp: Vec3,
+    /// Axis of the largest component.
+    pub(crate) z: usize,
+}
+
+impl Axes {
+    #[inline(always)]
+    pub(crate) fn new(direction: Vec3) -> Self {
+        let d = direction.abs();
+        // Without branches: random directions would mispredict them.
+        let xy = usize::from(d.y > d.x);
+        let z = if d.z > d.x.max(d.y) { 2 } else { xy };
+        Self { rcp: direction.recip(), z }
+    }
+}
+
 /// Per-ray constants of the box test.
 pub(crate) struct Slabs {
     near_origin: [f32; 3],
@@ -43,24 +62,20 @@ pub(crate) struct Slabs {
 impl Slabs {
     /// For boxes inside `scene`.
     #[inline(always)]
-    pub(crate) fn new(ray: &Ray, scene: &Bounds) -> Self {
-        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-        let reach = (scene.lo - ray.origin).abs().max((scene.hi - ray.origin).abs()).to_array();
-        let rcp = d.map(|d| 1.0 / d);
-        let z = longest_axis(ray.direction);
-        let slope = rcp[z].abs() * reach[z];
+    pub(crate) fn new(ray: &Ray, axes: &Axes, scene: &Bounds) -> Self {
+        let (o, d) = (ray.origin, ray.direction);
+        let reach = (scene.lo - o).abs().max((scene.hi - o).abs());
+        let (rcp_z, reach_z) = (axes.rcp.to_array()[axes.z].abs(), reach.to_array()[axes.z]);
         // Shear error: 2u|v−o| + 5u|d/dz|·|vz−oz|; the last term covers the rounding of o ± pad.
-        let pad: [f32; 3] = std::array::from_fn(|a| {
-            let error = UNIT_ROUNDOFF * (4.0 * reach[a] + 8.0 * d[a].abs() * slope + 2.0 * o[a].abs());
-            error.copysign(d[a])
-        });
+        let pad = (reach * 4.0 + d.abs() * rcp_z * (8.0 * reach_z) + o.abs() * 2.0) * UNIT_ROUNDOFF;
+        let pad = pad.copysign(d);
         Self {
-            near_origin: std::array::from_fn(|a| o[a] + pad[a]),
-            far_origin: std::array::from_fn(|a| o[a] - pad[a]),
+            near_origin: (o + pad).to_array(),
+            far_origin: (o - pad).to_array(),
             // Four roundings in (plane − origin)·rcp·factor.
-            near_rcp: rcp.map(|r| r * (1.0 - 6.0 * UNIT_ROUNDOFF)),
-            far_rcp: rcp.map(|r| r * (1.0 + 6.0 * UNIT_ROUNDOFF)),
-            negative: d.map(|d| usize::from(d.is_sign_negative())),
+            near_rcp: (axes.rcp * (1.0 - 6.0 * UNIT_ROUNDOFF)).to_array(),
+            far_rcp: (axes.rcp * (1.0 + 6.0 * UNIT_ROUNDOFF)).to_array(),
+            negative: [d.x, d.y, d.z].map(|d| (d.to_bits() >> 31) as usize),
         }
     }
 
@@ -134,17 +149,4 @@ impl<S: Simd> WideSlabs<S> {
 #[inline(always)]
 fn splat3<S: Simd>(s: S, x: [f32; 3]) -> [S::F; 3] {
     [s.splat(x[0]), s.splat(x[1]), s.splat(x[2])]
-}
-
-/// Axis of the largest direction component.
-#[inline(always)]
-pub(crate) fn longest_axis(d: Vec3) -> usize {
-    let d = d.abs();
-    if d.x >= d.y {
-        if d.x >= d.z { 0 } else { 2 }
-    } else if d.y >= d.z {
-        1
-    } else {
-        2
-    }
 }

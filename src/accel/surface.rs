@@ -62,17 +62,21 @@ impl Scene {
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let triangles = self.triangles.len() as u32;
         if hit.primitive < triangles {
-            self.triangle_point(hit)
+            self.triangle_point(hit.primitive, hit.u, hit.v)
         } else {
             self.quadric_point(ray, hit, hit.primitive - triangles)
         }
     }
 
-    fn triangle_point(&self, hit: &Hit) -> SurfacePoint {
-        let triangle = &self.triangles[hit.primitive as usize];
+    /// The point of a triangle with barycentric weights u of vertex 1 and v of vertex 2 (also for points sampled on lights).
+    ///
+    /// # Panics
+    /// Where the scene has no such triangle.
+    pub fn triangle_point(&self, triangle: u32, u: f32, v: f32) -> SurfacePoint {
+        let triangle = &self.triangles[triangle as usize];
         let vertices = triangle.vertices.map(|v| v as usize);
         let [p0, p1, p2] = vertices.map(|v| self.positions[v]);
-        let (along1, along2) = ((p1 - p0) * hit.u, (p2 - p0) * hit.v);
+        let (along1, along2) = ((p1 - p0) * u, (p2 - p0) * v);
         let p = p0 + (along1 + along2);
         // Any (u, v) is a point of the plane: only the roundings of this sum count, not those of u and v.
         let p_error = (along1.abs() + along2.abs()) * gamma(4) + p.abs() * gamma(1);
@@ -86,7 +90,7 @@ impl Scene {
         let mut ns = ng;
         if matches!(geometry, Geometry::Mesh { smooth: true, .. }) {
             let [n0, n1, n2] = vertices.map(|v| self.normals[v]);
-            let mixed = (n0 * (1.0 - hit.u - hit.v) + n1 * hit.u + n2 * hit.v).normalize_or(ng);
+            let mixed = (n0 * (1.0 - u - v) + n1 * u + n2 * v).normalize_or(ng);
             ns = if mixed.dot(ng) < 0.0 { -mixed } else { mixed };
         }
         SurfacePoint { p, p_error, ng, ns, shape: triangle.shape }

@@ -20,12 +20,14 @@ const STACK: usize = 128;
 /// SAH cost of a leaf (one packet of triangles) relative to an inner node.
 const LEAF_COST: f32 = 1.0;
 
-/// Eight boxes `[axis][lower, upper][child]` and where they lead. Unused boxes are empty (never entered).
+/// Eight boxes `[axis][lower, upper][child]` and where they lead.
 #[derive(Clone, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 struct Node {
     planes: [[[f32; 8]; 2]; 3],
     children: [u32; 8],
+    /// Bit per child in use. The boxes of the others are empty, but a NaN ray would enter even those.
+    used: u32,
 }
 
 /// What happens at the leaves (not a closure: it must inline into code compiled for the instruction set).
@@ -84,9 +86,15 @@ impl Tree {
         Some(tree)
     }
 
-    /// Visits the leaves that the ray may hit nearer than or at `best`, near ones first.
+    /// Visits the leaves that the ray may hit nearer than or at `best`; near ones first if `SORTED`.
     #[inline(always)]
-    pub(super) fn walk<S: Simd>(&self, s: S, mut best: f32, slabs: &Slabs, leaves: &mut impl Leaves<S>) {
+    pub(super) fn walk<S: Simd, L: Leaves<S>, const SORTED: bool>(
+        &self,
+        s: S,
+        mut best: f32,
+        slabs: &Slabs,
+        leaves: &mut L,
+    ) {
         let slabs = WideSlabs::new(s, slabs);
         let mut small = [MaybeUninit::<u64>::uninit(); STACK];
         let mut large;
@@ -108,7 +116,7 @@ impl Tree {
             } else {
                 let node = &self.nodes[next as usize];
                 let (near, far) = slabs.boxes(s, &node.planes, best);
-                let hit = s.le(near, far);
+                let hit = s.le(near, far) & node.used;
                 if hit & hit.wrapping_sub(1) == 0 {
                     // One child at most: no stack.
                     if hit != 0 {
@@ -122,7 +130,7 @@ impl Tree {
                         let entry = u64::from(near[child].to_bits()) << 32 | u64::from(node.children[child]);
                         // Insertion sort, nearest on top.
                         let mut at = top;
-                        while at > first {
+                        while SORTED && at > first {
                             // SAFETY: every slot below `top` was written.
                             let other = unsafe { stack[at - 1].assume_init() };
                             if other >= entry {
@@ -154,8 +162,9 @@ impl Tree {
 
 impl Node {
     fn new(boxes: impl Iterator<Item = Bounds>) -> Self {
-        let mut node = Self { planes: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3], children: [0; 8] };
+        let mut node = Self { planes: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3], children: [0; 8], used: 0 };
         for (i, b) in boxes.enumerate() {
+            node.used |= 1 << i;
             for a in 0..3 {
                 node.planes[a][0][i] = b.lo[a];
                 node.planes[a][1][i] = b.hi[a];

@@ -12,7 +12,7 @@
 
 use super::Ray;
 use super::simd::Simd;
-use super::slab::{Bounds, WideSlabs, longest_axis};
+use super::slab::{Axes, Bounds, WideSlabs};
 use crate::math::Vec3;
 use glam::DVec3;
 
@@ -36,12 +36,12 @@ pub(crate) struct TriangleRay<S: Simd> {
 
 impl<S: Simd> TriangleRay<S> {
     #[inline(always)]
-    pub(crate) fn new(s: S, ray: &Ray) -> Self {
+    pub(crate) fn new(s: S, ray: &Ray, axes: &Axes) -> Self {
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-        let z = longest_axis(ray.direction);
+        let z = axes.z;
         let x = if z == 2 { 0 } else { z + 1 };
-        let y = if x == 2 { 0 } else { x + 1 };
-        let rcp = 1.0 / d[z];
+        let y = if z == 0 { 2 } else { z - 1 };
+        let rcp = axes.rcp.to_array()[z];
         Self {
             axes: [x, y, z],
             origin: [s.splat(o[x]), s.splat(o[y]), s.splat(o[z])],
@@ -168,8 +168,7 @@ impl Packet {
 
     /// t of a lane whose box contains the origin or the end, if 0 ≤ t < t_max, decided in f64 by the triangle's plane.
     /// `rough` is the f32 value; it stands where the ray is edge-on to the last bit and the plane says nothing.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     fn decide(&self, ray: &Ray, lane: usize, rough: f32) -> Option<f32> {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let [a, b, c] = self.triangle(lane).map(Vec3::as_dvec3);

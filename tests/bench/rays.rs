@@ -98,14 +98,8 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
     }
 }
 
-/// Best of `rounds` in Mrays/s.
-fn only_ours() -> bool {
-    std::env::var("OURS").is_ok()
-}
-fn best(ours: bool, rays: &[Ray], mut trace: impl FnMut(&Ray) -> bool) -> f64 {
-    if only_ours() && !ours {
-        return 0.0;
-    }
+/// Best of seven rounds, in Mrays/s.
+fn best(rays: &[Ray], mut trace: impl FnMut(&Ray) -> bool) -> f64 {
     (0..7)
         .map(|_| {
             let start = Instant::now();
@@ -160,17 +154,17 @@ fn report(name: &str, triangles: &[[Vec3; 3]]) {
     let cw = build_cwbvh_from_tris(&stock, BvhBuildParams::medium_build(), &mut Duration::default());
     let stock: Vec<_> = cw.primitive_indices.iter().map(|&i| stock[i as usize]).collect();
     for (kind, rays) in [("primary", &primary), ("diffuse", &diffuse), ("uniform", &uniform)] {
-        let ours = best(true, rays, |r| bvh.closest(r).is_some());
-        let portable = best(false, rays, |r| bvh.closest_with(Portable, r).is_some());
-        let theirs = best(false, rays, |r| {
+        let ours = best(rays, |r| bvh.closest(r).is_some());
+        let portable = best(rays, |r| bvh.closest_with(Portable, r).is_some());
+        let theirs = best(rays, |r| {
             let mut hit = RayHit::none();
             let ray = obvhs::ray::Ray::new_inf(r.origin.into(), r.direction.into());
             cw.ray_traverse(ray, &mut hit, |ray, i| stock[i].intersect(ray))
         });
         println!("  closest {kind}: {ours:.2} Mrays/s (portable {portable:.2}, obvhs {theirs:.2})");
     }
-    let ours = best(true, &shadow, |r| bvh.occluded(r));
-    let theirs = best(false, &shadow, |r| {
+    let ours = best(&shadow, |r| bvh.occluded(r));
+    let theirs = best(&shadow, |r| {
         let ray = obvhs::ray::Ray::new(r.origin.into(), r.direction.into(), 0.0, 1.0);
         !cw.ray_traverse_miss(ray, |ray, i| stock[i].intersect(ray))
     });

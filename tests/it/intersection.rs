@@ -640,6 +640,84 @@ fn quadrics_match_the_closed_form() {
     assert!(hits > 20_000, "{hits}");
 }
 
+/// Spheres seen from up to 1e5 radii: hit or missed by the distance of the ray from the centre, and the surface point lies
+/// on the ray although t as f32 is off by many radii's worth of roundings.
+#[test]
+fn far_spheres_are_exact() {
+    let near_miss: usize = (0..60_000)
+        .into_par_iter()
+        .map(|k| {
+            let r = &mut Random::new("far", k);
+            let radius = SCALES[k % 5];
+            let center = r.cube() * radius * 10.0;
+            let distance = 10f32.powf(1.0 + 4.0 * r.unit()) * radius;
+            let from = center + r.direction() * distance;
+            let direction = center + r.direction() * radius * (1.0 + 0.01 * (r.unit() - 0.5)) - from;
+            let s = quadric(Geometry::Sphere { center, radius, flip: false });
+            let ray = forever(from, direction);
+            let hit = Bvh::new(&s).unwrap().closest(&ray);
+            let (o, d, c) = (from.as_dvec3(), direction.as_dvec3().normalize(), center.as_dvec3());
+            let off = (c - o).cross(d).length() / f64::from(radius);
+            if (off - 1.0).abs() > 1e-9 {
+                assert_eq!(hit.is_some(), off < 1.0, "{off} {ray:?} {s:?}");
+            }
+            if let Some(hit) = hit {
+                let p = s.surface_point(&ray, &hit);
+                let from_line = (p.p.as_dvec3() - o).cross(d).length();
+                assert!(from_line <= f64::from(p.p_error.length()), "{from_line} {}", p.p_error);
+            }
+            usize::from((off - 1.0).abs() < 1e-3)
+        })
+        .sum();
+    assert!(near_miss > 100, "{near_miss}");
+}
+
+/// Nested triangles whose sizes span 45 orders of magnitude make a deep tree.
+#[test]
+fn deep_trees_equal_brute_force() {
+    let nested: Vec<_> = (-300..120)
+        .map(|i| {
+            let size = 1.3f32.powi(i);
+            [vec3(size, 0.0, 0.0), vec3(0.0, size, 0.0), vec3(0.0, 0.0, size)]
+        })
+        .collect();
+    let s = scene(&nested);
+    let (bvh, brute) = (Bvh::new(&s).unwrap(), Brute::new(&s).unwrap());
+    let mut hits = 0;
+    for k in 0..5000 {
+        let r = &mut Random::new("deep", k);
+        let aim = target(r, &nested);
+        let ray = match k % 3 {
+            0 => forever(aim * 2.0, -aim),
+            1 => forever(Vec3::ZERO, aim),
+            _ => forever(aim * 2.0, r.direction()),
+        };
+        let hit = brute.closest(&ray);
+        assert_eq!(bvh.closest(&ray), hit);
+        assert_eq!(bvh.occluded(&ray), hit.is_some());
+        hits += usize::from(hit.is_some());
+    }
+    assert!(hits > 3000, "{hits}");
+}
+
+/// Rays that break the contract (zero, infinite, NaN) end, and do not panic.
+#[test]
+fn unlawful_rays_end() {
+    let mut s = scene(&icosphere(3));
+    s.shapes.extend(quadric(Geometry::Sphere { center: Vec3::ZERO, radius: 0.5, flip: false }).shapes);
+    let (bvh, brute) = (Bvh::new(&s).unwrap(), Brute::new(&s).unwrap());
+    let odd = [0.0, -0.0, 1.0, -1.0, f32::NAN, f32::INFINITY, f32::MAX, f32::MIN_POSITIVE, 1e-45];
+    for k in 0..20_000 {
+        let r = &mut Random::new("unlawful", k);
+        let mut v = || Vec3::from_array([0; 3].map(|_| odd[r.below(odd.len())]));
+        let (origin, direction, t_max) = (v(), v(), v().x);
+        let ray = Ray { origin, direction, t_max };
+        bvh.closest(&ray);
+        bvh.occluded(&ray);
+        brute.closest(&ray);
+    }
+}
+
 /// The error bound of triangle points holds: the exact plane is within it.
 #[test]
 fn triangle_points_lie_within_their_error() {
