@@ -304,19 +304,24 @@ fn disks_and_cylinders_follow_their_densities() {
         let (s, t) = (frame.s.as_dvec3(), frame.t.as_dvec3());
         let (o, a, r) = (p0.as_dvec3(), axis.as_dvec3(), f64::from(radius));
         let inside = o + 0.4 * a + 0.3 * r * s;
-        let outside = o + 0.4 * a + 4.0 * r * t;
+        let outside = o + 0.4 * a - 4.0 * r * s;
+        // From outside the square holds the turns of the visible part: the density jumps at its edge.
+        let first = if flip { 0.0 } else { 0.5 - 0.25f64.acos() / TAU };
         let view = View {
             name: format!("cylinder, flip {flip}"),
             scene: &scene,
             p: if flip { inside } else { outside }.as_vec3(),
-            point: Box::new(move |[h, turn]| {
+            point: Box::new(move |[h, part]| {
+                let turn = first + part * (1.0 - 2.0 * first);
                 let n = (TAU * turn).cos() * s + (TAU * turn).sin() * t;
-                (o + h * a + r * n, if flip { -n } else { n }, TAU * r * a.length())
+                let jacobian = TAU * r * a.length() * (1.0 - 2.0 * first);
+                (o + h * a + r * n, if flip { -n } else { n }, jacobian)
             }),
             invert: Box::new(move |q| {
                 let d = q - o;
                 let turn = d.dot(t).atan2(d.dot(s)) / TAU;
-                [d.dot(a) / a.length_squared(), if turn < 0.0 { turn + 1.0 } else { turn }]
+                let turn = if turn < 0.0 { turn + 1.0 } else { turn };
+                [d.dot(a) / a.length_squared(), (turn - first) / (1.0 - 2.0 * first)]
             }),
         };
         view.check(TEST, &BOTH);
