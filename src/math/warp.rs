@@ -55,15 +55,13 @@ pub fn invert_uniform_sphere(v: Vec3) -> [f32; 2] {
 #[inline(always)]
 fn concentric(u: [f32; 2]) -> (Vec2, f32) {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    if a.abs() > b.abs() {
-        let (s, c) = sin_cos_eighth(0.125 * (b / a));
-        (Vec2::new(a * c, a * s), a.abs())
-    } else if b != 0.0 {
-        let (s, c) = sin_cos_eighth(0.125 * (a / b));
-        (Vec2::new(b * s, b * c), b.abs())
-    } else {
-        (Vec2::ZERO, 0.0)
-    }
+    // Selections instead of branches: which triangle of the square is a coin toss.
+    let wide = a.abs() > b.abs();
+    let (major, minor) = if wide { (a, b) } else { (b, a) };
+    let ratio = if major == 0.0 { 0.0 } else { minor / major };
+    let (s, c) = sin_cos_eighth(0.125 * ratio);
+    let (along, across) = (major * c, major * s);
+    (if wide { Vec2::new(along, across) } else { Vec2::new(across, along) }, major.abs())
 }
 
 /// Uniform point of the unit disk.

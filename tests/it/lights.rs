@@ -5,7 +5,7 @@ use crate::support::level;
 use crate::warps::{sphere_point, sphere_vector, words};
 use glam::{DVec3, Vec3Swizzles as _};
 use rootn::accel::SurfacePoint;
-use rootn::math::spherical::{SphericalRectangle, SphericalTriangle, triangle_solid_angle};
+use rootn::math::spherical::{SphericalRectangle, SphericalTriangle, parallelogram_solid_angle, triangle_solid_angle};
 use rootn::math::{Frame, Vec3};
 use rootn::sampling::rng::unit_f32;
 use rootn::sampling::strategy::{LightChoice, Lights};
@@ -432,6 +432,10 @@ fn solid_angles_are_precise_at_every_size() {
                 (f64::from(omega) / exact - 1.0).abs() < 1e-4,
                 "scale {scale}, height {i}: {omega:e} for {exact:e}"
             );
+            // The diagonal cuts a parallelogram into this triangle and another one.
+            let both = omega + triangle_solid_angle(a + ec, eb, eb - ec, normal);
+            let whole = parallelogram_solid_angle(a, ec, eb, normal);
+            assert!((whole / both - 1.0).abs() < 1e-5, "scale {scale}, height {i}: {whole:e} for {both:e}");
             let triangle = SphericalTriangle::new(a, ec, eb, normal).unwrap();
             for u in ends.iter().flat_map(|&x| ends.map(|y| [unit_f32(x), unit_f32(y)])) {
                 let [b, c] = triangle.sample(u);
@@ -455,8 +459,7 @@ fn inverses_undo_spherical_warps() {
             let error = (back[0] - u[0]).abs().max((back[1] - u[1]).abs());
             assert!(error < 1e-5, "triangle of size {scale}: {u:?} came back as {back:?}");
             let (x, z) = (Vec3::X, Vec3::Z);
-            let solid = |e: Vec3, f: Vec3| triangle_solid_angle(a, e, f, e.cross(f));
-            let omega = solid(x * scale, (x + z) * scale) + solid((x + z) * scale, z * scale);
+            let omega = parallelogram_solid_angle(a, x * scale, z * scale, x.cross(z) * scale * scale);
             let Some(r) = SphericalRectangle::new(a, (x, scale), (z, scale), -Vec3::Y, omega) else {
                 assert!(scale < 0.1, "a rectangle of size {scale} is well conditioned");
                 continue;
