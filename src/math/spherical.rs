@@ -25,7 +25,7 @@ pub fn parallelogram_solid_angle(a: Vec3, u: Vec3, v: Vec3, normal: Vec3) -> f32
     let l = corners.map(Vec3::length);
     let [na, nb, nc, nd] = [0, 1, 2, 3].map(|i| corners[i] / l[i]);
     let height = -na.dot(normal) / l[2];
-    if !(height > 0.0) {
+    if height.is_nan() || height <= 0.0 {
         return 0.0;
     }
     let ac = 1.0 + na.dot(nc);

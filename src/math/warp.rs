@@ -55,13 +55,13 @@ pub fn invert_uniform_sphere(v: Vec3) -> [f32; 2] {
 #[inline(always)]
 fn concentric(u: [f32; 2]) -> (Vec2, f32) {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    // Selections instead of branches: which triangle of the square is a coin toss.
+    // One octant, then reflections: which triangle of the square it is would be a branch on a coin toss.
     let wide = a.abs() > b.abs();
-    let (major, minor) = if wide { (a, b) } else { (b, a) };
-    let ratio = if major == 0.0 { 0.0 } else { minor / major };
-    let (s, c) = sin_cos_eighth(0.125 * ratio);
-    let (along, across) = (major * c, major * s);
-    (if wide { Vec2::new(along, across) } else { Vec2::new(across, along) }, major.abs())
+    let (r, minor) = if wide { (a.abs(), b.abs()) } else { (b.abs(), a.abs()) };
+    let (s, c) = sin_cos_eighth(0.125 * (minor / if r == 0.0 { 1.0 } else { r }));
+    let (along, across) = (r * c, r * s);
+    let (x, y) = if wide { (along, across) } else { (across, along) };
+    (Vec2::new(x.copysign(a), y.copysign(b)), r)
 }
 
 /// Uniform point of the unit disk.

@@ -3,5 +3,6 @@
 mod chi2;
 mod lights;
 mod sampling;
+mod spherical;
 mod support;
 mod warps;
