@@ -10,7 +10,7 @@ use rootn::sampling::strategy::Directions;
 use rootn::scene::{Filter, Material};
 use std::f64::consts::{PI, TAU};
 
-const SAMPLES: u64 = 100_000;
+const SAMPLES: u64 = 250_000;
 const ONE_MINUS: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Four words of sample i of a test.
