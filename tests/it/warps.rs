@@ -202,8 +202,11 @@ fn diffuse_samples_follow_their_densities() {
             let albedo = material.eval(wo, wi) / (wi.z / std::f32::consts::PI);
             assert!((albedo - Vec3::new(0.2, 0.5, 0.9)).abs().max_element() < 1e-6);
         }
-        // Words 0 put a cosine sample on the horizon, where nothing is reflected.
-        assert!(material.sample(directions, wo, [0; 4]).is_none_or(|(wi, pdf)| wi.is_finite() && pdf > 0.0));
+        // No words put a sample on the horizon, where its density would be 0.
+        for w in [[0; 4], [u32::MAX; 4], [0, u32::MAX, 0, 0], [0, 1 << 31, 0, 0], [1 << 31; 4]] {
+            let (wi, pdf) = material.sample(directions, wo, w).unwrap();
+            assert!(wi.z > 0.0 && wi.is_normalized() && pdf > 0.0);
+        }
         assert!(Material::Black.sample(directions, wo, [1; 4]).is_none());
         assert_eq!(material.pdf(directions, wo, -wo), 0.0);
     }
