@@ -17,6 +17,25 @@ pub fn triangle_solid_angle(a: Vec3, eb: Vec3, ec: Vec3, normal: Vec3) -> f32 {
     2.0 * atan2(-na.dot(normal) / (lb * lc), 1.0 + na.dot(nb) + nb.dot(nc) + nc.dot(na))
 }
 
+/// Solid angle of the parallelogram with corner `a` and edges `u`, `v` seen from the origin, sr; `normal` = u × v. Both halves as
+/// in [`triangle_solid_angle`], their half angles added by multiplying complex numbers. 0 from behind and from the plane.
+#[inline(always)]
+pub fn parallelogram_solid_angle(a: Vec3, u: Vec3, v: Vec3, normal: Vec3) -> f32 {
+    let corners = [a, a + u, a + u + v, a + v];
+    let l = corners.map(Vec3::length);
+    let [na, nb, nc, nd] = [0, 1, 2, 3].map(|i| corners[i] / l[i]);
+    let height = -na.dot(normal) / l[2];
+    if height.is_nan() || height <= 0.0 {
+        return 0.0;
+    }
+    let ac = 1.0 + na.dot(nc);
+    let (y0, x0) = (height / l[1], ac + na.dot(nb) + nb.dot(nc));
+    let (y1, x1) = (height / l[3], ac + nc.dot(nd) + nd.dot(na));
+    let half = atan2(y0 * x1 + y1 * x0, x0 * x1 - y0 * y1);
+    // Half a turn may round past the cut.
+    2.0 * if half < 0.0 { half + TAU } else { half }
+}
+
 /// 1 − cos of the angle between (along, across) and the first axis, without cancellation.
 #[inline(always)]
 fn one_minus_cos(along: f32, across: f32) -> f32 {
@@ -107,6 +126,14 @@ impl SphericalTriangle {
     }
 }
 
+/// Signed solid angle of \[0, x\] × \[y₀, y₁\] at distance z: the difference of two corner quadrants with tangents x y/(z r).
+#[inline(always)]
+fn strip(x: f32, y: [f32; 2], z: f32) -> f32 {
+    let [r0, r1] = y.map(|y| z * (x * x + y * y + z * z).sqrt());
+    let [n0, n1] = y.map(|y| x * y);
+    atan2(n1 * r0 - n0 * r1, r0 * r1 + n0 * n1)
+}
+
 /// A rectangle seen from the origin, ready for sampling by solid angle.
 ///
 /// Source: Ureña, Fajardo, King, "An area-preserving parametrization for spherical rectangles", EGSR 2013, with the internal
@@ -144,12 +171,8 @@ impl SphericalRectangle {
         if !(solid_angle >= 1.0 / 1024.0 && far2 * far2.sqrt() <= 2048.0 * z * z * lx.min(ly)) {
             return None;
         }
-        let quadrant = |y: f32| {
-            let r = (x0 * x0 + y * y + z * z).sqrt();
-            atan2(x0 * y, z * r)
-        };
         let (r0, r1) = ((y0 * y0 + z * z).sqrt(), (y1 * y1 + z * z).sqrt());
-        let phi0 = quadrant(y1) - quadrant(y0);
+        let phi0 = strip(x0, [y0, y1], z);
         Some(Self { solid_angle, z, x0, lx, y0, ly, phi0, sin0: y0 / r0, sin1: y1 / r1, cos0: z / r0 })
     }
 
@@ -173,9 +196,8 @@ impl SphericalRectangle {
     pub fn invert(&self, st: [f32; 2]) -> [f32; 2] {
         let (x, y, y1) = (self.x0 + st[0] * self.lx, self.y0 + st[1] * self.ly, self.y0 + self.ly);
         let d2 = x * x + self.z * self.z;
-        let quadrant = |y: f32| atan2(x * y, self.z * (d2 + y * y).sqrt());
         let h = |y: f32| y / (d2 + y * y).sqrt();
-        let u0 = (quadrant(y1) - quadrant(self.y0) - self.phi0) / self.solid_angle;
+        let u0 = (strip(x, [self.y0, y1], self.z) - self.phi0) / self.solid_angle;
         [u0, (h(y) - h(self.y0)) / (h(y1) - h(self.y0))]
     }
 }

@@ -50,20 +50,22 @@ pub fn invert_uniform_sphere(v: Vec3) -> [f32; 2] {
     [(1.0 - v.z) / 2.0, turns(v.x, v.y)]
 }
 
+/// Half of what 2u steps by.
+const HALF_STEP: f32 = 1.0 / 16_777_216.0;
+
 /// Uniform point of the unit disk by the concentric map of Shirley and Chiu, "A low distortion map between disk and square",
 /// JGT 2(3), 1997; with its radius, which is exact.
 #[inline(always)]
 fn concentric(u: [f32; 2]) -> (Vec2, f32) {
-    let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    if a.abs() > b.abs() {
-        let (s, c) = sin_cos_eighth(0.125 * (b / a));
-        (Vec2::new(a * c, a * s), a.abs())
-    } else if b != 0.0 {
-        let (s, c) = sin_cos_eighth(0.125 * (a / b));
-        (Vec2::new(b * s, b * c), b.abs())
-    } else {
-        (Vec2::ZERO, 0.0)
-    }
+    // The middle of a word's interval, exact in f32: never on the rim, where a cosine would be 0, nor in the centre.
+    let [a, b] = u.map(|u| 2.0 * u - 1.0 + HALF_STEP);
+    // One octant, then reflections: which triangle of the square it is would be a branch on a coin toss.
+    let wide = a.abs() > b.abs();
+    let (r, minor) = if wide { (a.abs(), b.abs()) } else { (b.abs(), a.abs()) };
+    let (s, c) = sin_cos_eighth(0.125 * (minor / if r == 0.0 { 1.0 } else { r }));
+    let (along, across) = (r * c, r * s);
+    let (x, y) = if wide { (along, across) } else { (across, along) };
+    (Vec2::new(x.copysign(a), y.copysign(b)), r)
 }
 
 /// Uniform point of the unit disk.
@@ -90,7 +92,7 @@ pub fn invert_uniform_disk(v: Vec2) -> [f32; 2] {
         let b = r.copysign(v.y);
         (b * (atan2(v.x / v.y, 1.0) * (8.0 / TAU)), b)
     };
-    [(a + 1.0) / 2.0, (b + 1.0) / 2.0]
+    [a, b].map(|a| (a - HALF_STEP + 1.0) / 2.0)
 }
 
 /// Direction around +z with density cos θ/π: a uniform point of the disk, lifted (Malley's method).

@@ -7,5 +7,6 @@ mod lights;
 mod report;
 mod sampling;
 mod scene_reader;
+mod spherical;
 mod support;
 mod warps;

@@ -46,7 +46,7 @@ fn unit_floats_stay_inside() {
 fn one_per_interval(words: &[u32]) -> bool {
     let n = words.len() as u64;
     let mut seen = vec![false; words.len()];
-    words.iter().for_each(|&w| seen[(u64::from(w) * n >> 32) as usize] = true);
+    words.iter().for_each(|&w| seen[((u64::from(w) * n) >> 32) as usize] = true);
     seen.iter().all(|&s| s)
 }
 
@@ -59,7 +59,7 @@ fn one_per_cell(pairs: &[[u32; 2]]) -> bool {
     for [x, y] in pairs.iter().map(|p| p.map(u64::from)) {
         let row = (0..rows).rfind(|&r| first(r) << 32 <= y * n).unwrap();
         let columns = first(row + 1) - first(row);
-        seen[(first(row) + (x * columns >> 32)) as usize] = true;
+        seen[(first(row) + ((x * columns) >> 32)) as usize] = true;
     }
     seen.iter().all(|&s| s)
 }
@@ -169,10 +169,10 @@ fn sobol_fills_elementary_intervals() {
             let points: Vec<_> = (0..4096).map(|i| Draw { sample: start + i, ..d }.words(group)).collect();
             for k in 0..=12 {
                 let points = &points[..1 << k];
-                for i in 0..4 {
-                    for j in 0..4 {
+                for (i, ti) in QUALITY.into_iter().enumerate() {
+                    for (j, tj) in QUALITY.into_iter().enumerate() {
                         // One dimension alone is perfect.
-                        let t = if i == j { 0 } else { QUALITY[i] + QUALITY[j] };
+                        let t = if i == j { 0 } else { ti + tj };
                         let bits = u32::saturating_sub(k, t);
                         let filled =
                             if i == j { intervals(points, i, k) } else { equidistributed(points, [i, j], bits) };
@@ -205,6 +205,9 @@ fn independence(pairs: &[[u32; 2]]) -> f64 {
     p.min(2.0 * Normal::standard().sf(z.abs()))
 }
 
+/// Two words of a draw and its neighbours.
+type Pair<'a> = &'a dyn Fn(Draw) -> [u32; 2];
+
 /// For one sample index, over pixels: words of a group, of two groups, neighbouring pixels, replicates, roles, strategies and
 /// far samples are pairs of independent uniforms, whatever the sequence.
 #[test]
@@ -214,10 +217,9 @@ fn words_are_uniform_and_independent() {
         for length in [12, 256] {
             let d = draw(TEST, sequence, length);
             let other = |role, strategy, replicate| Key::new(seed(TEST), role, strategy, replicate);
-            let pairs = |f: &dyn Fn(Draw) -> [u32; 2]| -> Vec<[u32; 2]> {
-                (0..30_000).map(|i| f(Draw { pixel: 2 * i, sample: 5, ..d })).collect()
-            };
-            let cases: [(&str, &dyn Fn(Draw) -> [u32; 2]); 9] = [
+            let pairs =
+                |f: Pair| -> Vec<[u32; 2]> { (0..30_000).map(|i| f(Draw { pixel: 2 * i, sample: 5, ..d })).collect() };
+            let cases: [(&str, Pair); 9] = [
                 ("words 0, 1", &|d| [d.words(3)[0], d.words(3)[1]]),
                 ("words 1, 2", &|d| [d.words(3)[1], d.words(3)[2]]),
                 ("words 2, 3", &|d| [d.words(3)[2], d.words(3)[3]]),
@@ -247,7 +249,7 @@ fn runs_are_uniform() {
         let words: Vec<_> = (0..65_536).map(|i| Draw { sample: i, ..d }.words(2)).collect();
         for k in 0..4 {
             let mut counts = vec![0; 101];
-            words.iter().for_each(|w| counts[(u64::from(w[k]) * 101 >> 32) as usize] += 1);
+            words.iter().for_each(|w| counts[((u64::from(w[k]) * 101) >> 32) as usize] += 1);
             // Stratified points are more even than chance: only the upper tail counts.
             let p = pearson(&counts, &[65_536.0 / 101.0; 101]);
             assert!(p > level(TEST), "{sequence:?}, word {k}: p = {p:e}");

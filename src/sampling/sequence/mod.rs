@@ -85,7 +85,13 @@ fn span(from: u32, to: u32, of: u32, jitter: u32) -> u32 {
     let start = u64::from(from) << 32;
     let position = start + u64::from(to - from) * u64::from(jitter);
     let of = u64::from(of);
-    let word = if of.is_power_of_two() { position >> of.trailing_zeros() } else { position / of };
+    let word = quotient(position, of);
     // Rounding down must not cross the lower edge.
     (word + u64::from(word * of < start)) as u32
+}
+
+/// a/b rounded down, quick for powers of two.
+#[inline(always)]
+fn quotient(a: u64, b: u64) -> u64 {
+    if b.is_power_of_two() { a >> b.trailing_zeros() } else { a / b }
 }

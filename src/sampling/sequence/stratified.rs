@@ -3,7 +3,7 @@
 //! The N cells stand in rows: √N rows for squares, 2^⌊k/2⌋ for 2^k, ⌊√N⌋ else. Row r holds the cells ⌈rN/R⌉ ≤ c < ⌈(r+1)N/R⌉
 //! and spans the same part of the unit interval, so that every cell has area 1/N for every N, primes included.
 
-use super::{Draw, independent, jittered, permute, span};
+use super::{Draw, independent, jittered, permute, quotient, span};
 
 /// Rows of the grid of `length` cells.
 #[inline(always)]
@@ -16,9 +16,9 @@ fn rows(length: u32) -> u32 {
 fn cell(cell: u32, length: u32, jitter: [u32; 2]) -> [u32; 2] {
     let rows = rows(length);
     let (n, r) = (u64::from(length), u64::from(rows));
-    let row = u64::from(cell) * r / n;
-    let start = (row * n).div_ceil(r) as u32;
-    let end = ((row + 1) * n).div_ceil(r) as u32;
+    let row = quotient(u64::from(cell) * r, n);
+    let start = quotient(row * n + r - 1, r) as u32;
+    let end = quotient((row + 1) * n + r - 1, r) as u32;
     [jittered(cell - start, end - start, jitter[0]), span(start, end, length, jitter[1])]
 }
 

@@ -6,10 +6,11 @@
 use super::super::{Geometry, Scene};
 use crate::accel::SurfacePoint;
 use crate::math::density::{Area, Discrete as Pmf, SolidAngle};
-use crate::math::spherical::{SphericalRectangle, SphericalTriangle, triangle_solid_angle};
+use crate::math::spherical::{SphericalRectangle, SphericalTriangle, parallelogram_solid_angle, triangle_solid_angle};
 use crate::math::trig::sin_cos_turns;
 use crate::math::{Frame, Rgb, Vec3, warp};
 use crate::sampling::discrete::Discrete;
+use crate::sampling::rng::unit_f32;
 use std::f32::consts::{PI, TAU};
 
 /// Half a unit in the last place of 1.
@@ -33,6 +34,13 @@ pub fn emitted(scene: &Scene, at: &SurfacePoint, wo: Vec3) -> Rgb {
         Some(super::Light::Area { radiance, .. }) if at.ng.dot(wo) > 0.0 => radiance,
         _ => Rgb::ZERO,
     }
+}
+
+/// Density of a drawn point, in the measure it was drawn in.
+#[derive(Clone, Copy)]
+enum Density {
+    Area(Area),
+    SolidAngle(f32),
 }
 
 /// The surface of an area light, ready for sampling.
@@ -75,8 +83,8 @@ impl Emitter {
         (area > 0.0 && area.is_finite()).then_some((emitter, area))
     }
 
-    /// A point of the front side as seen from `p`, and its density without the choice of the light. Words 0, 1 place it, word 3
-    /// picks the part. `None` where the drawn point, or all of the light, shows `p` its back.
+    /// A point of the front side, the unit vector to it from `p`, and the density without the choice of the light. Words 0, 1
+    /// place it, word 3 picks the part. `None` where the drawn point, or all of the light, shows `p` its back.
     #[inline(always)]
     pub(super) fn sample(
         &self,
@@ -84,8 +92,20 @@ impl Emitter {
         p: Vec3,
         words: [u32; 4],
         solid: bool,
-    ) -> Option<(LightPoint, SolidAngle)> {
-        let u = [crate::sampling::rng::unit_f32(words[0]), crate::sampling::rng::unit_f32(words[1])];
+    ) -> Option<(LightPoint, Vec3, SolidAngle)> {
+        let (at, density) = self.draw(scene, p, words, solid)?;
+        let to = at.p - p;
+        let wi = to.try_normalize()?;
+        let density = match density {
+            Density::SolidAngle(d) => SolidAngle(d),
+            Density::Area(d) => seen(d, to, wi, at.ng)?,
+        };
+        Some((at, wi, density))
+    }
+
+    #[inline(always)]
+    fn draw(&self, scene: &Scene, p: Vec3, words: [u32; 4], solid: bool) -> Option<(LightPoint, Density)> {
+        let u = [unit_f32(words[0]), unit_f32(words[1])];
         let (at, density) = match self {
             Self::Parallelogram(e) if solid => return e.sample_solid_angle(p, u, words[3]),
             Self::Mesh(e) if solid => return e.sample_solid_angle(scene, p, u, words[3]),
@@ -98,19 +118,17 @@ impl Emitter {
             }
             &Self::Disk { center, u: du, v: dv, ng, density } => {
                 let d = warp::sample_uniform_disk(u);
-                let (a, b) = (d.x * du, d.y * dv);
-                (LightPoint { p: center + a + b, p_error: 4.0 * ULP * (center.abs() + a.abs() + b.abs()), ng }, density)
+                (planar(center, d.x * du, d.y * dv, ng), density)
             }
             &Self::Cylinder { p0, axis, frame, radius, flip, density } => {
                 let (s, c) = sin_cos_turns(u[1]);
                 let n = frame.s * c + frame.t * s;
-                let (a, b) = (u[0] * axis, radius * n);
+                let a = u[0] * axis;
                 let p_error = 8.0 * ULP * (p0.abs() + a.abs() + Vec3::splat(radius));
-                (LightPoint { p: p0 + a + b, p_error, ng: if flip { -n } else { n } }, density)
+                (LightPoint { p: p0 + a + radius * n, p_error, ng: if flip { -n } else { n } }, density)
             }
         };
-        let to = at.p - p;
-        Some((at, seen(density, to, to.normalize_or_zero(), at.ng)?))
+        Some((at, Density::Area(density)))
     }
 
     /// Density with which [`Self::sample`] draws the direction `wi` from `p` to `hit`, without the choice of the light.
@@ -144,7 +162,7 @@ fn seen(density: Area, to: Vec3, wi: Vec3, ng: Vec3) -> Option<SolidAngle> {
     (cos > 0.0).then(|| density.seen(to.length_squared(), cos))
 }
 
-/// A point given by a corner and multiples of two edges.
+/// A point given by a corner, or centre, and multiples of two edges.
 #[inline(always)]
 fn planar(corner: Vec3, s: Vec3, t: Vec3, ng: Vec3) -> LightPoint {
     // Two products, two sums and the rounding of the edges.
@@ -181,37 +199,34 @@ impl Parallelogram {
         planar(self.corner, st[0] * self.u, st[1] * self.v, self.ng)
     }
 
-    /// Solid angle of the two halves seen from `p`; the first is cut off by the diagonal from the corner, on the side of `u`.
-    #[inline(always)]
-    fn halves(&self, p: Vec3) -> [f32; 2] {
-        let (a, d) = (self.corner - p, self.u + self.v);
-        [triangle_solid_angle(a, self.u, d, self.normal), triangle_solid_angle(a, d, self.v, self.normal)]
-    }
-
+    /// Solid angle seen from `p`; `None` from behind and from the plane.
     #[inline(always)]
     fn solid_angle(&self, p: Vec3) -> Option<f32> {
-        let [a, b] = self.halves(p);
-        (a > 0.0 && b > 0.0).then_some(a + b)
+        Some(parallelogram_solid_angle(self.corner - p, self.u, self.v, self.normal)).filter(|&o| o > 0.0)
     }
 
     #[inline(always)]
-    fn sample_solid_angle(&self, p: Vec3, u: [f32; 2], part: u32) -> Option<(LightPoint, SolidAngle)> {
-        let [first, second] = self.halves(p);
-        if !(first > 0.0 && second > 0.0) {
-            return None;
-        }
-        let (total, a, d) = (first + second, self.corner - p, self.u + self.v);
+    fn sample_solid_angle(&self, p: Vec3, u: [f32; 2], part: u32) -> Option<(LightPoint, Density)> {
+        let total = self.solid_angle(p)?;
+        let (a, d) = (self.corner - p, self.u + self.v);
         let rectangle = self.sides.and_then(|[x, y]| SphericalRectangle::new(a, x, y, self.ng, total));
-        let st = if let Some(r) = rectangle {
-            r.sample(u)
-        } else if part < (first / total * 4_294_967_296.0) as u32 {
-            let [b, c] = SphericalTriangle::new(a, self.u, d, self.normal)?.sample(u);
+        let st = if let Some(r) = rectangle { r.sample(u) } else { self.sample_halves(a, d, u, part)? };
+        Some((self.at(st), Density::SolidAngle(1.0 / total)))
+    }
+
+    /// The parallelogram as two triangles on both sides of its diagonal `d`.
+    #[inline(always)]
+    fn sample_halves(&self, a: Vec3, d: Vec3, u: [f32; 2], part: u32) -> Option<[f32; 2]> {
+        let first = SphericalTriangle::new(a, self.u, d, self.normal)?;
+        let second = SphericalTriangle::new(a, d, self.v, self.normal)?;
+        let share = first.solid_angle / (first.solid_angle + second.solid_angle);
+        Some(if part < (share * 4_294_967_296.0) as u32 {
+            let [b, c] = first.sample(u);
             [b + c, c]
         } else {
-            let [b, c] = SphericalTriangle::new(a, d, self.v, self.normal)?.sample(u);
+            let [b, c] = second.sample(u);
             [b, b + c]
-        };
-        Some((self.at(st), SolidAngle(1.0 / total)))
+        })
     }
 }
 
@@ -263,20 +278,21 @@ impl MeshEmitter {
     }
 
     #[inline(always)]
-    fn sample_solid_angle(&self, scene: &Scene, p: Vec3, u: [f32; 2], part: u32) -> Option<(LightPoint, SolidAngle)> {
+    fn sample_solid_angle(&self, scene: &Scene, p: Vec3, u: [f32; 2], part: u32) -> Option<(LightPoint, Density)> {
         let i = self.choice.pick(part);
         let (a, eb, ec, normal) = Self::edges(scene, self.triangles[i]);
         let t = SphericalTriangle::new(a - p, eb, ec, normal)?;
         let [b, c] = t.sample(u);
         let pdf = SolidAngle(1.0 / t.solid_angle) * Pmf(self.choice.pmf(i));
-        Some((planar(a, b * eb, c * ec, normal.normalize()), pdf))
+        Some((planar(a, b * eb, c * ec, normal.normalize()), Density::SolidAngle(pdf.0)))
     }
 
     #[inline(always)]
     fn solid_angle_pdf(&self, scene: &Scene, p: Vec3, triangle: u32) -> Option<SolidAngle> {
         let pmf = self.densities.get(triangle.wrapping_sub(self.start) as usize)?.0;
         let (a, eb, ec, normal) = Self::edges(scene, triangle);
-        Some(SolidAngle(1.0 / SphericalTriangle::new(a - p, eb, ec, normal)?.solid_angle) * pmf)
+        let solid_angle = triangle_solid_angle(a - p, eb, ec, normal);
+        (solid_angle > 0.0).then(|| SolidAngle(1.0 / solid_angle) * pmf)
     }
 }
 
@@ -309,7 +325,7 @@ fn cone_pdf(center: Vec3, radius: f32, p: Vec3) -> Option<SolidAngle> {
 
 /// The point of a sphere that a direction of its cone meets first.
 #[inline(always)]
-fn sample_cone(center: Vec3, radius: f32, p: Vec3, u: [f32; 2]) -> Option<(LightPoint, SolidAngle)> {
+fn sample_cone(center: Vec3, radius: f32, p: Vec3, u: [f32; 2]) -> Option<(LightPoint, Density)> {
     let axis = p - center;
     let distance2 = axis.length_squared();
     let height = cone_height(radius, distance2)?;
@@ -324,5 +340,5 @@ fn sample_cone(center: Vec3, radius: f32, p: Vec3, u: [f32; 2]) -> Option<(Light
     let cos_alpha = ((1.0 - sin_alpha) * (1.0 + sin_alpha)).sqrt();
     let (s, c) = sin_cos_turns(u[1]);
     let n = Frame::new(axis / distance).to_world(Vec3::new(sin_alpha * c, sin_alpha * s, cos_alpha));
-    Some((on_sphere(center, radius, n, false), SolidAngle(warp::uniform_cone_pdf(height))))
+    Some((on_sphere(center, radius, n, false), Density::SolidAngle(warp::uniform_cone_pdf(height))))
 }

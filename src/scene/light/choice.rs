@@ -125,8 +125,8 @@ impl LightSampler {
         let choice_pdf = self.choice.pmf(index);
         let (to, wi, emitted, pdf, delta) = match kind {
             Kind::Area(emitter) => {
-                let (at, pdf) = emitter.sample(scene, p, words, self.solid_angle)?;
-                (LightTarget::Point(at), (at.p - p).try_normalize()?, radiance, pdf.0, false)
+                let (at, wi, pdf) = emitter.sample(scene, p, words, self.solid_angle)?;
+                (LightTarget::Point(at), wi, radiance, pdf.0, false)
             }
             Kind::Environment => (LightTarget::Direction, constant::sample(words), radiance, constant::pdf(), false),
             &Kind::Point(position) => {
