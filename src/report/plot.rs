@@ -330,7 +330,7 @@ impl LinePlot<'_> {
         let interval = format!("mean and {} interval", self.confidence);
         entry(&mean, if band { &interval } else { "measured" });
         if self.curves.iter().any(|c| !c.predicted.is_empty()) {
-            entry(&|x| canvas.dashes(&[(x, y), (x + 26.0, y)], GREY, 1.2, (5.0, 3.0)), "predicted, σ/√N");
+            entry(&|x| canvas.dashes(&[(x, y), (x + 26.0, y)], INK, 0.9, (5.0, 4.0)), "predicted, σ/√N");
         }
         if self.floor.is_some() {
             entry(&|x| canvas.dashes(&[(x, y), (x + 26.0, y)], GREY, 1.4, (1.5, 2.5)), "reference's own error");
@@ -424,19 +424,20 @@ fn spread(ys: &mut [f64], top: f64, bottom: f64, step: f64) {
     }
 }
 
-/// Prediction, line and markers of one strategy.
+/// Line, markers and prediction of one strategy.
 fn draw_curve(canvas: &Canvas, frame: &Frame, curve: &Curve) {
     let ink = colour(curve.style);
-    let predicted: Vec<_> = curve.predicted.iter().map(|p| (frame.x.at(p.0), frame.y.at(p.1))).collect();
-    if predicted.len() > 1 {
-        canvas.dashes(&predicted, ink, 1.2, (5.0, 3.0));
-    }
     for run in curve.runs() {
         let points: Vec<_> = run.iter().map(|p| (frame.x.at(p.0), frame.y.at(p.1.estimate))).collect();
         canvas.line(&points, ink, 1.6);
         for at in points {
             canvas.marker(curve.style, at);
         }
+    }
+    // On top: where prediction and measurement agree, a line below would not be seen.
+    let predicted: Vec<_> = curve.predicted.iter().map(|p| (frame.x.at(p.0), frame.y.at(p.1))).collect();
+    if predicted.len() > 1 {
+        canvas.dashes(&predicted, INK, 0.9, (5.0, 4.0));
     }
     for x in &curve.below {
         let (x, y) = (frame.x.at(*x), frame.y.start);

@@ -215,20 +215,40 @@ fn draw(table: &SceneTable, style: TableStyle, cell: impl Fn(&str) -> String) ->
     out.trim_fmt()
 }
 
+/// The tables of all scenes, and the notes that all of them share, which are then said once.
+fn tables(record: &Record) -> (Vec<SceneTable>, Vec<String>) {
+    let mut tables: Vec<SceneTable> = record.scenes.iter().map(|s| scene_table(record, s)).collect();
+    let mut common = Vec::new();
+    if tables.len() > 1 {
+        let everywhere = |note: &String| tables.iter().all(|t| t.notes.contains(note));
+        common = tables[0].notes.iter().filter(|n| everywhere(n)).cloned().collect();
+        tables.iter_mut().for_each(|t| t.notes.retain(|n| !common.contains(n)));
+    }
+    (tables, common)
+}
+
 /// The results for a terminal: a table per scene with notes, then claims, then warnings. No colours, no control characters.
 pub fn console(record: &Record) -> String {
     let mut out = String::new();
     let mut line = |text: &str| out.extend([text, "\n"]);
     let style = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
-    for scene in &record.scenes {
-        let table = scene_table(record, scene);
+    let (tables, common) = tables(record);
+    for table in &tables {
         line(&table.heading);
         line("");
-        line(&draw(&table, style, str::to_owned));
+        line(&draw(table, style, str::to_owned));
         line("");
         for note in &table.notes {
             line(&format!("  {note}"));
         }
+        if !table.notes.is_empty() {
+            line("");
+        }
+    }
+    for note in &common {
+        line(&format!("  {note}"));
+    }
+    if !common.is_empty() {
         line("");
     }
     if !record.claims.is_empty() {
@@ -258,10 +278,10 @@ pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
     if let Some(question) = &record.question {
         line(&format!("{}\n", escape(question)));
     }
-    for (scene, figures) in record.scenes.iter().zip(figures) {
-        let table = scene_table(record, scene);
+    let (tables, common) = tables(record);
+    for (table, figures) in tables.iter().zip(figures) {
         line(&format!("## {}\n", escape(&table.heading)));
-        line(&draw(&table, presets::ASCII_MARKDOWN, escape));
+        line(&draw(table, presets::ASCII_MARKDOWN, escape));
         line("");
         for note in &table.notes {
             line(&format!("- {}", escape(note)));
@@ -271,6 +291,12 @@ pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
             let kind = if figure.svg.is_some() { "svg" } else { "png" };
             line(&format!("![{}](plots/{}.{kind})\n", escape(&figure.title), figure.stem));
         }
+    }
+    for note in &common {
+        line(&format!("- {}", escape(note)));
+    }
+    if !common.is_empty() {
+        line("");
     }
     if !record.claims.is_empty() {
         line("## Claims\n");
