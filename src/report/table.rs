@@ -216,15 +216,23 @@ pub fn console(record: &Record) -> String {
     let mut out = String::new();
     let mut line = |text: &str| out.extend([text, "\n"]);
     let style = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
-    for scene in &record.scenes {
-        let table = scene_table(record, scene);
+    let tables: Vec<SceneTable> = record.scenes.iter().map(|scene| scene_table(record, scene)).collect();
+    // What holds for every table is said once, below the last.
+    let several = tables.len() > 1;
+    let common = |note: &&String| several && tables.iter().all(|t| t.notes.contains(note));
+    for table in &tables {
         line(&table.heading);
         line("");
-        line(&draw(&table, style, str::to_owned));
+        line(&draw(table, style, str::to_owned));
         line("");
-        for note in &table.notes {
-            line(&format!("  {note}"));
+        let mut notes = table.notes.iter().filter(|n| !common(n)).peekable();
+        if notes.peek().is_some() {
+            notes.for_each(|note| line(&format!("  {note}")));
+            line("");
         }
+    }
+    if let Some(first) = tables.first().filter(|_| several) {
+        first.notes.iter().filter(common).for_each(|note| line(&format!("  {note}")));
         line("");
     }
     if !record.claims.is_empty() {
