@@ -234,6 +234,8 @@ struct Track<'a> {
     identity: String,
     key: Key,
     current: Option<Estimate>,
+    /// Samples per value of the state on disk, once it was read or written; 0 before.
+    stored: u64,
 }
 
 struct Runner<'a> {
@@ -247,7 +249,7 @@ struct Runner<'a> {
 
 impl<'a> Runner<'a> {
     fn new(plan: &'a Plan<'a>, options: &Options) -> Self {
-        let bar = progress_bar(plan.scenes.iter().map(|s| work(plan, s)).sum(), options.quiet);
+        let bar = progress_bar(plan.scenes.iter().map(|s| work(plan, s)).fold(0, u64::saturating_add), options.quiet);
         Self {
             plan,
             cells: options.out.join("cells"),
@@ -328,7 +330,13 @@ impl<'a> Runner<'a> {
             estimator.identity(),
             role.name()
         );
-        Track { estimator, identity, key: Key::new(seed, role, &strategy.identity(), replicate), current: None }
+        Track {
+            estimator,
+            identity,
+            key: Key::new(seed, role, &strategy.identity(), replicate),
+            current: None,
+            stored: 0,
+        }
     }
 
     /// Where the estimate at `n` of a track is kept. Sequences that are not progressive have a cell per N.
@@ -344,7 +352,8 @@ impl<'a> Runner<'a> {
     fn advance(&mut self, track: &mut Track<'_>, n: u64) -> Result<Checkpoint> {
         let folder = self.folder(track, n);
         let shape = track.estimator.shape();
-        let samples = (n - if track.estimator.progressive() { self.previous(n) } else { 0 }) * shape.pixels() as u64;
+        let before = if track.estimator.progressive() { self.previous(n) } else { 0 };
+        let samples = (n - before).saturating_mul(shape.pixels() as u64);
         if self.fresh && track.current.is_none() {
             folder.remove()?;
         }
@@ -369,7 +378,11 @@ impl<'a> Runner<'a> {
         folder.save_checkpoint(n, &checkpoint)?;
         self.reuse.computed += 1;
         if track.estimator.progressive() {
-            folder.save_state(&estimate, shape.pixels(), shape.channels)?;
+            // A state that is further on stays: longer runs continue from it.
+            if n > track.stored {
+                folder.save_state(&estimate, shape.pixels(), shape.channels)?;
+                track.stored = n;
+            }
             track.current = Some(estimate);
         }
         if interrupted {
@@ -385,15 +398,20 @@ impl<'a> Runner<'a> {
 
     /// The estimate to continue from: the track's own, or the state on disk, where it does not lie beyond `n`.
     fn resume(&mut self, track: &mut Track<'_>, folder: &CellFolder, n: u64) -> Result<Option<Estimate>> {
-        if let Some(current) = track.current.take().filter(|_| track.estimator.progressive()) {
-            return Ok(Some(current));
+        let current = track.current.take();
+        if current.as_ref().is_some_and(|e| e.abscissa >= track.stored || n < track.stored) {
+            return Ok(current);
         }
         let shape = track.estimator.shape();
         match folder.load_state(shape.pixels(), shape.channels) {
-            Ok(state) => Ok(state.filter(|e| e.abscissa <= n)),
+            Ok(state) => {
+                track.stored = state.as_ref().map_or(0, |e| e.abscissa);
+                Ok(state.filter(|e| e.abscissa <= n).or(current))
+            }
             Err(e @ Error::Damaged { .. }) => {
                 self.warn_damaged(&e);
-                Ok(None)
+                track.stored = 0;
+                Ok(current)
             }
             Err(e) => Err(e),
         }
@@ -556,10 +574,13 @@ pub fn sample(
     bar: &ProgressBar,
 ) -> Result<(Estimate, bool)> {
     let pixels = estimator.shape().pixels() as u64;
+    if let Some(done) = current.take_if(|e| e.abscissa >= n) {
+        return Ok((done, false));
+    }
     loop {
         let before = current.as_ref().map_or(0, |e| e.abscissa);
         let estimate = estimator.estimate(cell, next_step(current.as_ref(), n), current.take())?;
-        bar.inc((estimate.abscissa - before) * pixels);
+        bar.inc((estimate.abscissa - before).saturating_mul(pixels));
         let interrupted = INTERRUPTED.load(Ordering::SeqCst);
         if interrupted || estimate.abscissa >= n {
             return Ok((estimate, interrupted));
@@ -595,15 +616,15 @@ fn work(plan: &Plan<'_>, scene: &PlannedScene<'_>) -> u64 {
     let last = *plan.checkpoints.last().expect("a plan has checkpoints");
     let run = |c: &Contender<'_>| {
         let samples = if c.estimator.progressive() { last } else { plan.checkpoints.iter().sum() };
-        samples * c.estimator.shape().pixels() as u64 * u64::from(plan.replicates)
+        samples.saturating_mul(c.estimator.shape().pixels() as u64).saturating_mul(u64::from(plan.replicates))
     };
     let reference = match &scene.reference {
         ReferencePlan::Rendered { estimator, spp, replicates, .. } => {
-            spp * estimator.shape().pixels() as u64 * u64::from(*replicates)
+            spp.saturating_mul(estimator.shape().pixels() as u64).saturating_mul(u64::from(*replicates))
         }
         _ => 0,
     };
-    scene.contenders.iter().map(run).sum::<u64>() + reference
+    scene.contenders.iter().map(run).fold(reference, u64::saturating_add)
 }
 
 /// Seconds of sampling that went into a scene's results.

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::estimator::Shape;
 use crate::moments::cell::Checkpoint;
 use crate::record::{
-    CheckpointResult, Dependence, MetricResult, NonFinite, ProbeResult, StrategyResult, VarianceRatio,
+    CheckpointResult, Dependence, Interval, MetricResult, NonFinite, ProbeResult, StrategyResult, VarianceRatio,
 };
 use crate::sampling::Strategy;
 use crate::stats::interval::{median_interval, quantile};
@@ -152,7 +152,8 @@ fn checkpoint(
             let measured: Vec<Measured> = loaded.iter().map(|c| m.measure(&c.mean, &reference.mean, share)).collect();
             let values: Vec<f64> = measured.iter().map(|m| m.value).collect();
             let trimmed = measured.iter().map(|m| m.trimmed).sum::<f64>() / measured.len() as f64;
-            MetricResult { mean: mean_interval(&values, CONFIDENCE), values, trimmed: Some(trimmed) }
+            let trimmed = trimmed.is_finite().then_some(trimmed);
+            MetricResult { mean: mean_interval(&values, CONFIDENCE), values, trimmed }
         })
         .collect();
     let predicted = (subject.dependence == Dependence::Independent && settings.metrics[0] == Metric::RelMse)
@@ -214,7 +215,7 @@ fn spread(last: &[Checkpoint], weights: &[f64], n: u64, dependence: Dependence) 
     }
 }
 
-/// Fills in the ratios with the first strategy.
+/// Fills in the ratios with the first strategy; left out where they are 0/0 or without bound.
 pub fn compare_with_first(analysed: &mut [Analysed]) {
     let Some((first, others)) = analysed.split_first_mut() else { return };
     for other in others {
@@ -226,9 +227,10 @@ pub fn compare_with_first(analysed: &mut [Analysed]) {
             .map(|(a, b)| a / b)
             .collect();
         let quantiles = (!ratios.is_empty()).then(|| [0.05, 0.25, 0.5, 0.75, 0.95].map(|q| quantile(&ratios, q)));
-        other.result.efficiency_ratio = Some(efficiency_ratio(&other.result, &first.result, CONFIDENCE));
-        let ratio = variance_ratio(&other.result, &first.result, CONFIDENCE);
-        other.result.variance_ratio = Some(VarianceRatio { ratio, quantiles });
+        let defined = |ratio: Interval| ratio.estimate.is_finite().then_some(ratio);
+        other.result.efficiency_ratio = defined(efficiency_ratio(&other.result, &first.result, CONFIDENCE));
+        let ratio = defined(variance_ratio(&other.result, &first.result, CONFIDENCE));
+        other.result.variance_ratio = ratio.map(|ratio| VarianceRatio { ratio, quantiles });
     }
 }
 

@@ -144,7 +144,7 @@ impl Estimator for IntegrandEstimator {
     }
 
     fn identity(&self) -> String {
-        format!("integrand {} {:?} {:?}", self.integrand.label(), self.size, self.sequence)
+        format!("integrand {} on {:?}, {:?}", self.integrand.label(), self.size, self.sequence)
     }
 
     fn dependence(&self) -> Dependence {
@@ -166,15 +166,17 @@ impl Estimator for IntegrandEstimator {
 }
 
 /// A point of the sequence in (0, 1)ᵈ with 53 bits: the sequence gives the leading 32 of each coordinate, and fresh
-/// random digits follow, as scrambling or jittering would give them.
+/// random digits follow, as scrambling or jittering would give them. In one dimension the coordinate is word 2 of its
+/// group: stratified points have strata of their own there, in words 0 and 1 cells of a grid.
 fn point(draw: &Draw, u: &mut [f64]) {
     for (group, u) in u.chunks_mut(4).enumerate() {
         let group = group as u32;
         let words = draw.words(group);
         let below =
             philox4x32([draw.pixel, draw.sample as u32, (draw.sample >> 32) as u32, group | LOW_BITS], draw.key);
-        for ((u, hi), lo) in u.iter_mut().zip(words).zip(below) {
-            *u = unit_f64(hi, lo);
+        let first = if u.len() == 1 { 2 } else { 0 };
+        for ((u, hi), lo) in u.iter_mut().zip(&words[first..]).zip(&below[first..]) {
+            *u = unit_f64(*hi, *lo);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Files that keep estimates: one folder per cell, named by the hash of what determines its samples.
 //!
 //! `<N>.cell` holds mean and sample variance at checkpoint N; `state.cell` the whole block tree of the newest estimate,
-//! from which a run continues. Each file is written atomically and ends in a BLAKE3 checksum of all before it:
+//! from which a run continues. Each file is replaced in one step and ends in a BLAKE3 checksum of all before it:
 //! magic, version, length and text of a JSON header, payload (little endian), checksum.
 
 use super::{BlockTree, Moments};
@@ -185,7 +185,7 @@ fn write(path: &Path, header: &Header, payload: &[u8]) -> Result<()> {
     bytes.extend_from_slice(payload);
     let checksum = blake3::hash(&bytes);
     bytes.extend_from_slice(checksum.as_bytes());
-    crate::record::write_atomically(path, &bytes)
+    crate::record::write_quickly(path, &bytes)
 }
 
 /// Header and payload of a file whose checksum holds; `None` if the file does not exist.

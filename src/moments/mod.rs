@@ -114,8 +114,8 @@ impl Moments {
             m2,
             m3,
             m4,
-            min: self.min.min(later.min),
-            max: self.max.max(later.max),
+            min: if later.min < self.min { later.min } else { self.min },
+            max: if later_max { later.max } else { self.max },
             argmax: if later_max { later.argmax } else { self.argmax },
             non_finite,
         }

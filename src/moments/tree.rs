@@ -29,6 +29,12 @@ fn node_count(samples: u64) -> usize {
     (samples / BLOCK).count_ones() as usize + usize::from(!samples.is_multiple_of(BLOCK))
 }
 
+/// How many samples each of these nodes holds, in their order.
+fn node_sizes(samples: u64) -> impl Iterator<Item = u64> + Clone {
+    let full = (0..u64::BITS).rev().map(|k| 1 << k).filter(move |bit| *bit >= BLOCK && samples & bit != 0);
+    full.chain((!samples.is_multiple_of(BLOCK)).then_some(samples % BLOCK))
+}
+
 impl BlockTree {
     /// No samples yet.
     pub fn new(channels: usize) -> Self {
@@ -44,12 +50,13 @@ impl BlockTree {
         nodes: Vec<Moments>,
         bad: Vec<(u32, u64)>,
     ) -> Option<Self> {
-        (channels > 0 && nodes.len() == pixels * channels * node_count(samples)).then_some(Self {
-            channels,
-            samples,
-            nodes,
-            bad,
-        })
+        let per_pixel = channels.checked_mul(node_count(samples)).filter(|&n| n > 0)?;
+        let fits = pixels.checked_mul(per_pixel) == Some(nodes.len());
+        // Every node must hold the samples that its place in the tree says.
+        let counted = |node: &Moments| node.n.checked_add(node.non_finite);
+        let expected = node_sizes(samples).flat_map(|n| std::iter::repeat_n(n, channels));
+        let full = |pixel: &[Moments]| pixel.iter().zip(expected.clone()).all(|(m, n)| counted(m) == Some(n));
+        (fits && nodes.chunks(per_pixel).all(full)).then_some(Self { channels, samples, nodes, bad })
     }
 
     /// Samples per value so far.

@@ -2,6 +2,7 @@
 
 pub mod image;
 pub mod layers;
+mod number;
 
 use crate::error::{Error, Result};
 use crate::sampling::Strategy;
@@ -68,7 +69,8 @@ pub struct MetricInfo {
 /// An estimate with a confidence interval. Bounds are absent where there is no honest one (for example n = 1).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
-    /// The point estimate.
+    /// The point estimate; NaN (`null` in the file) where there is none.
+    #[serde(with = "number")]
     pub estimate: f64,
     /// Lower bound.
     pub lower: Option<f64>,
@@ -149,6 +151,7 @@ pub struct StrategyResult {
     /// Relative variance per sample: mean over pixels and channels of w·σ²_eff at the last checkpoint, w = 1/(r²+0.01).
     pub relative_variance: Interval,
     /// The relative variance without replicate i, for i = 0, 1, …: what jackknife intervals of ratios are made of.
+    #[serde(with = "number::list")]
     pub relative_variance_without: Vec<f64>,
     /// 1/(relative variance × seconds per sample) over the same of the first strategy; `None` for the first itself.
     pub efficiency_ratio: Option<Interval>,
@@ -205,6 +208,7 @@ pub struct CheckpointResult {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MetricResult {
     /// One value per replicate, corrected for the reference's variance where the metric is a square (can be negative then).
+    #[serde(with = "number::list")]
     pub values: Vec<f64>,
     /// Mean over replicates with a 95 % interval.
     pub mean: Interval,
@@ -292,8 +296,19 @@ impl Record {
     }
 }
 
-/// Writes a file so that it is either absent, old or complete, whatever happens in between.
+/// Writes a file so that it is either absent, old or complete, whatever happens in between, loss of power included.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    replace(path, bytes, true)
+}
+
+/// The same without waiting for the disk: loss of power may leave the file damaged. For files that carry a checksum or
+/// can be made again.
+pub fn write_quickly(path: &Path, bytes: &[u8]) -> Result<()> {
+    replace(path, bytes, false)
+}
+
+/// Writes beside the file, then renames.
+fn replace(path: &Path, bytes: &[u8], sync: bool) -> Result<()> {
     use std::io::Write;
     let folder = path.parent().unwrap_or(Path::new("."));
     let write = || {
@@ -304,7 +319,9 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let mut file = builder.tempfile_in(folder)?;
         file.write_all(bytes)?;
-        file.as_file().sync_data()?;
+        if sync {
+            file.as_file().sync_data()?;
+        }
         file.persist(path).map_err(|e| e.error)?;
         Ok(())
     };

@@ -98,8 +98,7 @@ fn scaled(i: &Interval, factor: f64) -> Interval {
 
 /// The error at N.
 fn error_cell(headline: &Headline, strategy: &StrategyResult, spp: Option<u64>) -> String {
-    let point = strategy.checkpoints.iter().find(|c| Some(c.spp) == spp && !c.metrics.is_empty());
-    let Some(point) = point else { return NONE.into() };
+    let Some(point) = strategy.checkpoints.iter().find(|c| Some(c.spp) == spp) else { return NONE.into() };
     if let Some(error) = headline.at(point) {
         return format_half_width(&error);
     }
@@ -116,9 +115,6 @@ fn cost_cell(strategy: &StrategyResult, target: f64) -> String {
 
 /// What stands below a scene's table.
 fn notes(record: &Record, scene: &SceneResult, headline: &Headline, spp: Option<u64>) -> Vec<String> {
-    if scene.strategies.is_empty() {
-        return vec!["No strategy was run here.".into()];
-    }
     let mut notes = Vec::new();
     if let Some(metric) = record.metrics.first() {
         let percent = if headline.unit == "%" { ", in percent" } else { "" };
@@ -215,40 +211,28 @@ fn draw(table: &SceneTable, style: TableStyle, cell: impl Fn(&str) -> String) ->
     out.trim_fmt()
 }
 
-/// The tables of all scenes, and the notes that all of them share, which are then said once.
-fn tables(record: &Record) -> (Vec<SceneTable>, Vec<String>) {
-    let mut tables: Vec<SceneTable> = record.scenes.iter().map(|s| scene_table(record, s)).collect();
-    let mut common = Vec::new();
-    if tables.len() > 1 {
-        let everywhere = |note: &String| tables.iter().all(|t| t.notes.contains(note));
-        common = tables[0].notes.iter().filter(|n| everywhere(n)).cloned().collect();
-        tables.iter_mut().for_each(|t| t.notes.retain(|n| !common.contains(n)));
-    }
-    (tables, common)
-}
-
 /// The results for a terminal: a table per scene with notes, then claims, then warnings. No colours, no control characters.
 pub fn console(record: &Record) -> String {
     let mut out = String::new();
     let mut line = |text: &str| out.extend([text, "\n"]);
     let style = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
-    let (tables, common) = tables(record);
+    let tables: Vec<SceneTable> = record.scenes.iter().map(|scene| scene_table(record, scene)).collect();
+    // What holds for every table is said once, below the last.
+    let several = tables.len() > 1;
+    let common = |note: &&String| several && tables.iter().all(|t| t.notes.contains(note));
     for table in &tables {
         line(&table.heading);
         line("");
         line(&draw(table, style, str::to_owned));
         line("");
-        for note in &table.notes {
-            line(&format!("  {note}"));
-        }
-        if !table.notes.is_empty() {
+        let mut notes = table.notes.iter().filter(|n| !common(n)).peekable();
+        if notes.peek().is_some() {
+            notes.for_each(|note| line(&format!("  {note}")));
             line("");
         }
     }
-    for note in &common {
-        line(&format!("  {note}"));
-    }
-    if !common.is_empty() {
+    if let Some(first) = tables.first().filter(|_| several) {
+        first.notes.iter().filter(common).for_each(|note| line(&format!("  {note}")));
         line("");
     }
     if !record.claims.is_empty() {
@@ -278,10 +262,10 @@ pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
     if let Some(question) = &record.question {
         line(&format!("{}\n", escape(question)));
     }
-    let (tables, common) = tables(record);
-    for (table, figures) in tables.iter().zip(figures) {
+    for (scene, figures) in record.scenes.iter().zip(figures) {
+        let table = scene_table(record, scene);
         line(&format!("## {}\n", escape(&table.heading)));
-        line(&draw(table, presets::ASCII_MARKDOWN, escape));
+        line(&draw(&table, presets::ASCII_MARKDOWN, escape));
         line("");
         for note in &table.notes {
             line(&format!("- {}", escape(note)));
@@ -291,12 +275,6 @@ pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
             let kind = if figure.svg.is_some() { "svg" } else { "png" };
             line(&format!("![{}](plots/{}.{kind})\n", escape(&figure.title), figure.stem));
         }
-    }
-    for note in &common {
-        line(&format!("- {}", escape(note)));
-    }
-    if !common.is_empty() {
-        line("");
     }
     if !record.claims.is_empty() {
         line("## Claims\n");
