@@ -70,11 +70,13 @@ fn common_power(values: &[f64]) -> (f64, String) {
     }
 }
 
-/// Decimals that leave two significant digits of `width`, but at most six of `estimate`; three of it where `width` is 0.
+/// Decimals that leave two significant digits of `width`, but at least one and at most six of `estimate` (a wide
+/// interval must not round 40 to 0); three of it where `width` is 0.
 fn decimals(estimate: f64, width: f64) -> i32 {
     // A width of 0.1 may come as 0.0999…9, which has another exponent.
     let width: f64 = format!("{width:.3e}").parse().unwrap_or(width);
-    if width == 0.0 { 2 - exponent_of(estimate) } else { (1 - exponent_of(width)).min(5 - exponent_of(estimate)) }
+    let digits = |n: i32| n - 1 - exponent_of(estimate);
+    if width == 0.0 { digits(3) } else { (1 - exponent_of(width)).clamp(digits(1), digits(6)) }
 }
 
 /// Fixed point; negative `decimals` round to tens, hundreds …
