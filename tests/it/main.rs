@@ -1,9 +1,18 @@
 //! One test binary; one file per subject.
 
+mod cells;
 mod chi2;
+mod command_line;
+mod determinism;
+mod experiment_file;
+mod harness;
+mod integrals;
 mod intersection;
 mod lights;
+mod metrics;
+mod moments;
 mod report;
 mod sampling;
+mod stats;
 mod support;
 mod warps;

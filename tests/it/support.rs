@@ -6,7 +6,7 @@
 //! every run; `ROOTN_FRESH_SEEDS=n` mixes n into every seed.
 
 /// False-alarm probability of the whole suite.
-pub const ALPHA: f64 = 1e-3;
+pub(crate) const ALPHA: f64 = 1e-3;
 
 /// Every statistical test with the number of cells (single comparisons) it makes.
 const CELLS: &[(&str, usize)] = &[
@@ -23,16 +23,23 @@ const CELLS: &[(&str, usize)] = &[
     ("spheres", 9),
     ("disks and cylinders", 6),
     ("environments", 1),
+    ("coverage of medians", 4),
+    ("coverage of means", 3),
+    ("coverage of ratios", 4),
+    ("coverage of slopes", 2),
+    ("order of independent samples", 15),
+    ("orders of spread points", 8),
+    ("rare values", 1),
 ];
 
 /// Significance level of one cell of the named test.
-pub fn level(test: &str) -> f64 {
+pub(crate) fn level(test: &str) -> f64 {
     assert!(CELLS.iter().any(|c| c.0 == test), "{test} is not declared in support::CELLS");
     ALPHA / CELLS.iter().map(|c| c.1).sum::<usize>() as f64
 }
 
 /// Seed of the named test.
-pub fn seed(test: &str) -> u64 {
+pub(crate) fn seed(test: &str) -> u64 {
     let fresh = std::env::var("ROOTN_FRESH_SEEDS").unwrap_or_default();
     let hash = blake3::hash(format!("{test}/{fresh}").as_bytes());
     u64::from_le_bytes(hash.as_bytes()[..8].try_into().unwrap())
