@@ -384,6 +384,10 @@ impl<'a> Runner<'a> {
                 track.stored = n;
             }
             track.current = Some(estimate);
+        } else if track.stored > 0 {
+            // An interrupted run left it; nothing continues from here.
+            folder.remove_state()?;
+            track.stored = 0;
         }
         if interrupted {
             return Err(Error::Interrupted);
@@ -550,7 +554,7 @@ impl Runner<'_> {
 }
 
 /// A name that is safe as one part of a path.
-fn file_name(name: &str) -> String {
+pub(crate) fn file_name(name: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
     let name: String = name.chars().map(safe).collect();
     if name.trim_matches('.').is_empty() { "unnamed".into() } else { name }

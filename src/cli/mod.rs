@@ -54,8 +54,8 @@ impl Command {
 /// Limits the worker threads of the whole process.
 fn use_threads(threads: Option<usize>) -> Result<()> {
     let Some(n) = threads else { return Ok(()) };
-    if n == 0 {
-        return Err(Error::Usage("--threads 0: at least 1".into()));
+    if !(1..=1024).contains(&n) {
+        return Err(Error::Usage(format!("--threads {n}: 1 to 1024 are allowed")));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build_global();
     pool.map_err(|e| Error::Usage(format!("--threads {n}: {e}")))

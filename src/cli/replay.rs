@@ -32,7 +32,7 @@ pub struct Replay {
     spp: u64,
     #[command(flatten)]
     settings: Settings,
-    /// Print JSON.
+    /// Print JSON: the events of the path and the sample's radiance.
     #[arg(long)]
     json: bool,
 }
@@ -69,13 +69,13 @@ impl Replay {
         let mut recorder = Recorder::default();
         let value = estimator.sample_with(&draw, &mut recorder);
         let text = match self.json {
-            true => serde_json::to_string_pretty(&recorder.events).expect("plain data") + "\n",
-            false => recorder.to_string(),
+            true => {
+                let path = serde_json::json!({ "events": recorder.events, "radiance": value.to_array() });
+                serde_json::to_string_pretty(&path).expect("plain data") + "\n"
+            }
+            // Shortest digits that give the very same float.
+            false => format!("{recorder}radiance ({:e}, {:e}, {:e})\n", value.x, value.y, value.z),
         };
-        print(&text)?;
-        if !self.json {
-            print(&format!("radiance ({:.6e}, {:.6e}, {:.6e})\n", value.x, value.y, value.z))?;
-        }
-        Ok(())
+        print(&text)
     }
 }

@@ -1,6 +1,6 @@
 //! The path tracer on the CPU.
 
-use super::{Cell, Estimate, Estimator, Shape, dependence_of, estimate_by_blocks, is_progressive};
+use super::{Cell, Estimate, Estimator, MOST_PIXELS, Shape, dependence_of, estimate_by_blocks, is_progressive};
 use crate::accel::bvh::Bvh;
 use crate::accel::simd::{Portable, Simd};
 use crate::error::{Error, Result};
@@ -31,6 +31,10 @@ impl PreparedScene {
     pub fn new(scene: Scene) -> Result<Self> {
         let start = Instant::now();
         scene.validate().map_err(|problems| Error::Usage(problems.join("; ")))?;
+        let pixels = scene.film.crop_size.iter().map(|&n| u64::from(n)).product::<u64>();
+        if pixels > MOST_PIXELS {
+            return Err(Error::Usage(format!("a film of {pixels} pixels; at most {MOST_PIXELS} are allowed")));
+        }
         let bvh = Bvh::new(&scene)?;
         let hash = content_hash(&scene);
         Ok(Self { scene, bvh, hash, setup_seconds: start.elapsed().as_secs_f64() })

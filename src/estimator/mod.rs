@@ -32,6 +32,9 @@ impl Shape {
     }
 }
 
+/// Largest field, in pixels: 8K UHD. Three channels of moments then take 7 GB.
+pub const MOST_PIXELS: u64 = 1 << 25;
+
 /// One replicate of one strategy: everything that its samples depend on beside the estimator itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {

@@ -2,24 +2,45 @@
 
 use super::Experiment;
 use crate::error::{Error, Place, Result, suggestion};
+use crate::estimator::MOST_PIXELS;
 use std::path::Path;
+use toml::de::{DeTable, DeValue};
 
 /// Largest experiment file that is read, in bytes.
 const LARGEST: u64 = 1 << 20;
+/// Longest name, in bytes: file systems end at 255, and file names add to it.
+const LONGEST_NAME: usize = 100;
+/// Most targets, and most probes.
+const LONGEST_LIST: usize = 64;
 
-/// Reads an experiment file; `overrides` are `key.path=value` pairs that win over the file.
+/// Reads an experiment file; `overrides` are `key.path=value` pairs that win over the file. The text is the file's,
+/// followed by the overrides as comments.
 pub fn load(path: &Path, overrides: &[String]) -> Result<(Experiment, String)> {
     let size = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.len();
     if size > LARGEST {
         return Err(Error::input(Place::file(path), format!("{size} bytes; an experiment file has at most {LARGEST}")));
     }
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-    let text = String::from_utf8(bytes).map_err(|e| {
+    let mut text = String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count() as u32 + 1;
         Error::input(Place::line(path, line), "not UTF-8 text")
     })?;
-    let text = apply(path, text, overrides)?;
-    let experiment = parse(path, &text)?;
+    if overrides.is_empty() {
+        return Ok((parse(path, &text)?, text));
+    }
+    let mut table: toml::Table = toml::from_str(&text).map_err(|e| toml_error(path, &text, &e))?;
+    for o in overrides {
+        set(&mut table, o)?;
+    }
+    let experiment: Experiment = match table.try_into::<Experiment>() {
+        Ok(experiment) => experiment,
+        // Where the file itself is wrong, its line helps more.
+        Err(e) => return Err(parse(path, &text).err().unwrap_or_else(|| Error::Usage(format!("--set: {}", said(&e))))),
+    };
+    check(path, &text, &experiment)?;
+    for o in overrides {
+        text += &format!("\n# --set {}", o.escape_debug());
+    }
     Ok((experiment, text))
 }
 
@@ -30,27 +51,28 @@ pub fn parse(path: &Path, text: &str) -> Result<Experiment> {
     Ok(experiment)
 }
 
-/// The text with overrides applied; unchanged without any, so that lines stay what the author sees.
-fn apply(path: &Path, text: String, overrides: &[String]) -> Result<String> {
-    if overrides.is_empty() {
-        return Ok(text);
+/// Sets one `key.path=value`; what is no TOML value is taken as text.
+fn set(table: &mut toml::Table, o: &str) -> Result<()> {
+    let usage = || Error::Usage(format!("--set {o}: expected KEY=VALUE, for example budget.spp=512"));
+    let (key, value) = o.split_once('=').ok_or_else(usage)?;
+    let parsed = toml::from_str::<toml::Table>(&format!("v = {value}")).ok().and_then(|mut t| t.remove("v"));
+    let value = parsed.unwrap_or_else(|| toml::Value::String(value.to_owned()));
+    let mut parts: Vec<&str> = key.split('.').map(str::trim).collect();
+    let last = parts.pop().filter(|k| !k.is_empty()).ok_or_else(usage)?;
+    let mut table = table;
+    for part in parts {
+        let entry = table.entry(part).or_insert_with(|| toml::Value::Table(toml::Table::new()));
+        table = entry.as_table_mut().ok_or_else(|| Error::Usage(format!("--set {o}: `{part}` is not a table")))?;
     }
-    let mut table: toml::Table = toml::from_str(&text).map_err(|e| toml_error(path, &text, &e))?;
-    for o in overrides {
-        let usage = || Error::Usage(format!("--set {o}: expected KEY=VALUE, for example budget.spp=512"));
-        let (key, value) = o.split_once('=').ok_or_else(usage)?;
-        let parsed = toml::from_str::<toml::Table>(&format!("v = {value}")).ok().and_then(|mut t| t.remove("v"));
-        let value = parsed.unwrap_or_else(|| toml::Value::String(value.to_owned()));
-        let mut parts: Vec<&str> = key.split('.').collect();
-        let last = parts.pop().ok_or_else(usage)?;
-        let mut table = &mut table;
-        for part in parts {
-            let entry = table.entry(part).or_insert_with(|| toml::Value::Table(toml::Table::new()));
-            table = entry.as_table_mut().ok_or_else(|| Error::Usage(format!("--set {o}: `{part}` is not a table")))?;
-        }
-        table.insert(last.to_owned(), value);
-    }
-    toml::to_string_pretty(&table).map_err(|e| Error::Usage(format!("--set: {e}")))
+    table.insert(last.to_owned(), value);
+    Ok(())
+}
+
+/// The parser's message, with a likely name where one is unknown.
+fn said(e: &toml::de::Error) -> String {
+    let message = e.message();
+    let hint = unknown_name(message).map(|hint| format!("; did you mean `{hint}`?"));
+    format!("{message}{}", hint.unwrap_or_default())
 }
 
 fn toml_error(path: &Path, text: &str, e: &toml::de::Error) -> Error {
@@ -59,11 +81,7 @@ fn toml_error(path: &Path, text: &str, e: &toml::de::Error) -> Error {
         place.line = before.matches('\n').count() as u32 + 1;
         place.column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) as u32 + 1;
     }
-    let mut message = e.message().to_owned();
-    if let Some(hint) = unknown_name(&message) {
-        message += &format!("; did you mean `{hint}`?");
-    }
-    Error::input(place, message)
+    Error::input(place, said(e))
 }
 
 /// The likeliest of the names that serde lists after an unknown one.
@@ -73,80 +91,152 @@ fn unknown_name(message: &str) -> Option<String> {
     suggestion(found, expected.split('`').skip(1).step_by(2)).map(str::to_owned)
 }
 
-/// Line of the `index`-th header such as `[[claim]]`; 0 if it is not written that way.
-fn line_of(text: &str, header: &str, index: usize) -> u32 {
-    let mut lines = text.lines().enumerate().filter(|(_, l)| l.trim_start().starts_with(header));
-    lines.nth(index).map_or(0, |(i, _)| i as u32 + 1)
+/// An input error at a key, given as the way to it: `["claim", "2", "of"]`. Where the way ends early, so does the place.
+pub(super) fn fail_at<T>(path: &Path, text: &str, keys: &[&str], message: impl Into<String>) -> Result<T> {
+    Err(Error::input(Place::line(path, line_of(text, keys).unwrap_or(0)), message))
+}
+
+/// The line of a key.
+fn line_of(text: &str, keys: &[&str]) -> Option<u32> {
+    let root = DeTable::parse(text).ok()?;
+    let mut value = DeValue::Table(root.into_inner());
+    let mut start = None;
+    for key in keys {
+        let found = match value {
+            DeValue::Table(table) => table.into_iter().find(|(k, _)| k.get_ref() == key).map(|(k, v)| (k.span(), v)),
+            DeValue::Array(array) => key.parse().ok().and_then(|i| array.into_iter().nth(i)).map(|v| (v.span(), v)),
+            _ => None,
+        };
+        let Some((span, next)) = found else { break };
+        start = Some(span.start);
+        value = next.into_inner();
+    }
+    Some(text.get(..start?)?.matches('\n').count() as u32 + 1)
 }
 
 /// What types cannot say.
 fn check(path: &Path, text: &str, e: &Experiment) -> Result<()> {
-    let fail = |line: u32, message: String| Err(Error::input(Place::line(path, line), message));
+    let fail = |keys: &[&str], message: String| fail_at(path, text, keys, message);
     let safe = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if e.name.is_empty() || e.name == "cells" || e.name.starts_with('.') || !e.name.chars().all(safe) {
-        return fail(
-            0,
-            format!("name {:?}: letters, digits, '-', '_' and '.' are allowed (it names a folder)", e.name),
-        );
+        let allowed = "letters, digits, '-', '_' and '.' are allowed, except \"cells\" (it names a folder)";
+        return fail(&["name"], format!("name {:?}: {allowed}", e.name));
     }
-    if e.scene.is_empty() || e.strategy.is_empty() {
-        return fail(0, "an experiment needs at least one [[scene]] and one [[strategy]]".into());
+    if e.name.len() > LONGEST_NAME {
+        return fail(&["name"], format!("name: {} letters; at most {LONGEST_NAME} are allowed", e.name.len()));
     }
-    let in_range = |what: &str, value: u64, least: u64, most: u64| {
-        if (least..=most).contains(&value) {
-            Ok(())
-        } else {
-            fail(0, format!("{what} = {value}: {least} to {most} are allowed"))
+    for (what, number) in [("scene", e.scene.len()), ("strategy", e.strategy.len())] {
+        if number == 0 {
+            return fail(&[what], format!("no [[{what}]]; an experiment needs at least one"));
         }
-    };
-    in_range("budget.spp", e.budget.spp, 1, 1 << 48)?;
-    in_range("budget.replicates", u64::from(e.budget.replicates), 1, 10_000)?;
-    if let Some(f) = e.film {
-        in_range("film.width", u64::from(f.width), 1, 65_536)?;
-        in_range("film.height", u64::from(f.height), 1, 65_536)?;
-        in_range("film.width × film.height", u64::from(f.width) * u64::from(f.height), 1, 1 << 28)?;
     }
-    if let Some(t) = e.targets.iter().find(|t| !(**t > 0.0 && t.is_finite())) {
-        return fail(0, format!("targets: {t} is not a positive number"));
-    }
+    check_numbers(path, text, e)?;
     let strategies: Vec<String> = e.strategy.iter().map(|s| s.resolve().0).collect();
+    check_names(path, text, "strategy", &strategies)?;
     for (i, s) in e.strategy.iter().enumerate() {
-        let line = line_of(text, "[[strategy]]", i);
-        if strategies[..i].contains(&strategies[i]) {
-            return fail(line, format!("a second strategy named `{}`; give it another `name`", strategies[i]));
-        }
         if let Some(j) = e.strategy[..i].iter().position(|t| t.resolve().1 == s.resolve().1) {
             let (a, b) = (&strategies[j], &strategies[i]);
-            return fail(line, format!("`{b}` is the same strategy as `{a}`: it would be the same samples"));
+            let message = format!("`{b}` is the same strategy as `{a}`: it would be the same samples");
+            return fail(&["strategy", &i.to_string()], message);
         }
     }
     let scenes: Vec<String> = e.scene.iter().map(super::SceneEntry::label).collect();
+    check_names(path, text, "scene", &scenes)?;
     for (i, s) in e.scene.iter().enumerate() {
-        let line = line_of(text, "[[scene]]", i);
         if s.file.is_some() == s.integrand.is_some() {
-            return fail(line, "a scene has either `file` or `integrand`".into());
+            return fail(&["scene", &i.to_string()], "a scene has either `file` or `integrand`".into());
         }
-        if scenes[..i].contains(&scenes[i]) {
-            return fail(line, format!("a second scene named `{}`; give it another `name`", scenes[i]));
+        if s.integrand.is_some() && !s.parameters.is_empty() {
+            return fail(&["scene", &i.to_string(), "parameters"], "an integrand has no parameters".into());
         }
         if e.reference.is_none() && s.integrand.is_none() {
-            return fail(line, "a rendered scene needs a [reference]: `spp`, `image` or `exact`".into());
+            let message = "a rendered scene needs a [reference]: `spp`, `image` or `exact`";
+            return fail(&["scene", &i.to_string()], message.into());
         }
     }
-    if let Some(r) = &e.reference {
-        let given = usize::from(r.spp.is_some()) + usize::from(r.image.is_some()) + usize::from(r.exact.is_some());
-        let line = line_of(text, "[reference]", 0);
-        if given != 1 {
-            return fail(line, format!("[reference] needs exactly one of `spp`, `image`, `exact`; found {given}"));
-        }
-        if r.replicates.is_some_and(|n| !(2..=10_000).contains(&n)) || r.spp.is_some_and(|n| n == 0 || n > 1 << 48) {
-            return fail(line, "[reference]: spp at least 1 and replicates from 2 to 10000 are allowed".into());
-        }
-    }
+    check_reference(path, text, e)?;
     let strategies: Vec<&str> = strategies.iter().map(String::as_str).collect();
     let scenes: Vec<&str> = scenes.iter().map(String::as_str).collect();
     for (i, c) in e.claim.iter().enumerate() {
-        c.check(&strategies, &scenes).or_else(|m| fail(line_of(text, "[[claim]]", i), m))?;
+        c.check(&strategies, &scenes).or_else(|m| fail(&["claim", &i.to_string()], m))?;
+    }
+    Ok(())
+}
+
+/// Ranges of numbers.
+fn check_numbers(path: &Path, text: &str, e: &Experiment) -> Result<()> {
+    let in_range = |keys: &[&str], value: u64, least: u64, most: u64| {
+        if (least..=most).contains(&value) {
+            Ok(())
+        } else {
+            fail_at(path, text, keys, format!("{} = {value}: {least} to {most} are allowed", keys.join(".")))
+        }
+    };
+    in_range(&["budget", "spp"], e.budget.spp, 1, 1 << 48)?;
+    in_range(&["budget", "replicates"], u64::from(e.budget.replicates), 1, 10_000)?;
+    if let Some(f) = e.film {
+        in_range(&["film", "width"], u64::from(f.width), 1, 65_536)?;
+        in_range(&["film", "height"], u64::from(f.height), 1, 65_536)?;
+        let pixels = u64::from(f.width) * u64::from(f.height);
+        if pixels > MOST_PIXELS {
+            return fail_at(
+                path,
+                text,
+                &["film"],
+                format!("a film of {pixels} pixels; at most {MOST_PIXELS} are allowed"),
+            );
+        }
+    }
+    for (key, number) in [("targets", e.targets.len()), ("probes", e.probes.len())] {
+        if number > LONGEST_LIST {
+            return fail_at(path, text, &[key], format!("{number} {key}; at most {LONGEST_LIST} are allowed"));
+        }
+    }
+    match e.targets.iter().find(|t| !(**t > 0.0 && t.is_finite())) {
+        Some(t) => fail_at(path, text, &["targets"], format!("targets: {t} is not a positive number")),
+        None => Ok(()),
+    }
+}
+
+fn check_reference(path: &Path, text: &str, e: &Experiment) -> Result<()> {
+    let Some(r) = &e.reference else { return Ok(()) };
+    let fail = |key: &str, message: String| fail_at(path, text, &["reference", key], message);
+    let given = usize::from(r.spp.is_some()) + usize::from(r.image.is_some()) + usize::from(r.exact.is_some());
+    if given != 1 {
+        return fail("", format!("[reference] needs exactly one of `spp`, `image`, `exact`; found {given}"));
+    }
+    if let Some(n) = r.spp.filter(|n| !(1..=1 << 48).contains(n)) {
+        return fail("spp", format!("reference.spp = {n}: 1 to {} are allowed", 1u64 << 48));
+    }
+    if let Some(n) = r.replicates.filter(|n| !(2..=10_000).contains(n)) {
+        return fail("replicates", format!("reference.replicates = {n}: 2 to 10000 are allowed"));
+    }
+    if r.replicates.is_some() && r.spp.is_none() {
+        return fail("replicates", "reference.replicates: only a rendered reference (`spp`) has replicates".into());
+    }
+    match r.exact.filter(|x| !(x.abs() <= f64::from(f32::MAX))) {
+        Some(x) => {
+            fail("exact", format!("reference.exact = {x}: a finite number in the range of 32-bit floats is allowed"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Names of scenes or strategies: each its own, also as a folder.
+fn check_names(path: &Path, text: &str, what: &str, names: &[String]) -> Result<()> {
+    let folder = |name: &str| crate::run::file_name(name).to_lowercase();
+    for (i, name) in names.iter().enumerate() {
+        let fail = |message: String| fail_at(path, text, &[what, &i.to_string(), "name"], message);
+        if name.is_empty() || name.len() > LONGEST_NAME || name.contains(char::is_control) {
+            let allowed = format!("1 to {LONGEST_NAME} bytes without control characters are allowed");
+            return fail(format!("name {name:?} of a {what}: {allowed}"));
+        }
+        if let Some(other) = names[..i].iter().find(|n| folder(n) == folder(name)) {
+            return fail(match other == name {
+                true => format!("a second {what} named `{name}`; give it another `name`"),
+                false => format!("the {what} names `{other}` and `{name}` would be the same folder; change one"),
+            });
+        }
     }
     Ok(())
 }

@@ -67,7 +67,7 @@ pub struct FilmSize {
 
 /// A path length, or none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a number of edges or \"none\" is allowed")]
 pub enum MaxDepth {
     /// Edges.
     Edges(u32),

@@ -1,8 +1,9 @@
 //! From an experiment to a plan: scenes loaded, estimators built, references found.
 
+use super::load::fail_at;
 use super::{Experiment, MaxDepth, ReferenceEntry, SceneEntry};
 use crate::analysis::scene::Reference;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::estimator::Shape;
 use crate::estimator::cpu::{CpuEstimator, PreparedScene};
 use crate::estimator::integrand::{Integrand, IntegrandEstimator};
@@ -22,10 +23,10 @@ pub fn plan(experiment: &Experiment, path: &Path, text: String) -> Result<Plan<'
     let mut scenes = Vec::new();
     for entry in &experiment.scene {
         let scene = match entry.integrand {
-            Some(integrand) => integrand_scene(experiment, entry, integrand, path)?,
+            Some(integrand) => integrand_scene(experiment, entry, integrand, path, &text)?,
             None => rendered_scene(experiment, entry, path, &mut warnings)?,
         };
-        check_probes(experiment, &scene, path)?;
+        check_probes(experiment, &scene, path, &text)?;
         scenes.push(scene);
     }
     let mut metrics = vec![experiment.metric];
@@ -47,17 +48,19 @@ pub fn plan(experiment: &Experiment, path: &Path, text: String) -> Result<Plan<'
     })
 }
 
-fn check_probes(experiment: &Experiment, scene: &PlannedScene<'_>, path: &Path) -> Result<()> {
+fn check_probes(experiment: &Experiment, scene: &PlannedScene<'_>, path: &Path, text: &str) -> Result<()> {
     let shape = scene.contenders[0].estimator.shape();
     let outside = |p: &&[u32; 2]| p[0] as usize >= shape.width || p[1] as usize >= shape.height;
     match experiment.probes.iter().find(outside) {
-        Some([x, y]) => Err(Error::input(
-            Place::file(path),
+        Some([x, y]) => fail_at(
+            path,
+            text,
+            &["probes"],
             format!(
                 "probe [{x}, {y}] lies outside the film of {} × {} pixels of {}",
                 shape.width, shape.height, scene.name
             ),
-        )),
+        ),
         None => Ok(()),
     }
 }
@@ -72,6 +75,7 @@ fn integrand_scene(
     entry: &SceneEntry,
     integrand: Integrand,
     path: &Path,
+    text: &str,
 ) -> Result<PlannedScene<'static>> {
     let size = experiment.film.map_or([16, 16], |f| [f.width as usize, f.height as usize]);
     let contenders = experiment.strategy.iter().map(|s| {
@@ -80,12 +84,13 @@ fn integrand_scene(
         Contender { name, device: "cpu".into(), strategy, estimator: Box::new(estimator) }
     });
     let reference = match &experiment.reference {
-        None => ReferencePlan::Exact(integrand.integral()),
         Some(ReferenceEntry { exact: Some(value), .. }) => ReferencePlan::Exact(*value),
-        Some(_) => {
+        // Beside rendered scenes [reference] is theirs.
+        Some(_) if experiment.scene.iter().all(|s| s.integrand.is_some()) => {
             let message = format!("integrand `{}` has a known value; leave [reference] out", integrand.label());
-            return Err(Error::input(Place::file(path), message));
+            return fail_at(path, text, &["reference"], message);
         }
+        _ => ReferencePlan::Exact(integrand.integral()),
     };
     Ok(PlannedScene { name: entry.label(), contenders: contenders.collect(), reference, max_depth: None })
 }

@@ -84,6 +84,15 @@ impl CellFolder {
         }
     }
 
+    /// Forgets the state that a run continues from.
+    pub fn remove_state(&self) -> Result<()> {
+        let path = self.state();
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(&path, e)),
+            _ => Ok(()),
+        }
+    }
+
     /// Whether the checkpoint's file exists (it may still turn out damaged).
     pub fn has(&self, checkpoint: u64) -> bool {
         self.file(checkpoint).exists()
@@ -91,6 +100,10 @@ impl CellFolder {
 
     fn file(&self, checkpoint: u64) -> PathBuf {
         self.path.join(format!("{checkpoint}.cell"))
+    }
+
+    fn state(&self) -> PathBuf {
+        self.path.join("state.cell")
     }
 
     fn header(&self, values: usize, samples: u64, seconds: f64) -> Header {
@@ -144,12 +157,12 @@ impl CellFolder {
             located: tree.non_finite().to_vec(),
             ..self.header(pixels * channels, tree.samples(), estimate.seconds)
         };
-        write(&self.path.join("state.cell"), &header, bytemuck::cast_slice(tree.nodes()))
+        write(&self.state(), &header, bytemuck::cast_slice(tree.nodes()))
     }
 
     /// Reads the newest state; `None` if there is none.
     pub fn load_state(&self, pixels: usize, channels: usize) -> Result<Option<Estimate>> {
-        let path = self.path.join("state.cell");
+        let path = self.state();
         let Some((header, payload)) = read(&path)? else { return Ok(None) };
         self.check(&path, &header, header.samples)?;
         let size = std::mem::size_of::<Moments>();

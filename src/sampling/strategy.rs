@@ -71,7 +71,7 @@ pub enum Technique {
 
 /// From which depth on Russian roulette may end a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a depth in edges or \"none\" is allowed")]
 pub enum Roulette {
     /// From this depth (edges).
     Depth(u32),

@@ -23,6 +23,13 @@ const CELLS: &[(&str, usize)] = &[
     ("spheres", 9),
     ("disks and cylinders", 6),
     ("environments", 1),
+    ("coverage of medians", 4),
+    ("coverage of means", 3),
+    ("coverage of ratios", 4),
+    ("coverage of slopes", 2),
+    ("order of independent samples", 15),
+    ("orders of spread points", 8),
+    ("rare values", 1),
 ];
 
 /// Significance level of one cell of the named test.

@@ -130,7 +130,9 @@ impl Metric {
         // Ceiling: a list of fewer than 1000 terms still loses its largest one.
         let drop = ((n as f64 * TRIM).ceil() as usize).min(n - 1);
         let kept = n - drop;
-        terms.select_nth_unstable_by(kept, |a, b| a.abs().total_cmp(&b.abs()));
+        if drop > 0 {
+            terms.select_nth_unstable_by(kept, |a, b| a.abs().total_cmp(&b.abs()));
+        }
         let trimmed = terms[..kept].iter().sum::<f64>() / kept as f64;
         Measured { value: self.finish(value - share, reference), trimmed: self.finish(trimmed - share, reference) }
     }
