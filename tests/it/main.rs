@@ -1,5 +1,6 @@
 //! One test binary; one file per subject.
 
+mod agreement;
 mod chi2;
 mod intersection;
 mod lights;
