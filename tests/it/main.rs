@@ -2,6 +2,7 @@
 
 mod agreement;
 mod chi2;
+mod closed_form;
 mod intersection;
 mod lights;
 mod report;
