@@ -7,6 +7,11 @@ use super::strategy::Heuristic;
 /// Share of the largest density below which [`Heuristic::Cutoff`] counts a density as 0.
 const CUTOFF: f32 = 0.1;
 
+/// Ratio of densities from which [`Heuristic::Maximum`] takes them for equal. Where two techniques have the same density
+/// everywhere (inside a sphere that emits: cosine and area), rounding would decide for each technique on its own, and the
+/// weights of a path would not add up to 1.
+const TIE: f32 = 1.0 - 1.0 / 1024.0;
+
 impl Heuristic {
     /// Weight of a sample that was drawn with density `p` and could have been drawn with density `q` by the other technique
     /// (same measure). In \[0, 1\] for all p, q in \[0, ∞\]; `w(p, q) + w(q, p)` = 1 up to rounding, except for
@@ -22,7 +27,7 @@ impl Heuristic {
             Self::Cutoff if p < CUTOFF * q => 0.0,
             Self::Cutoff if q < CUTOFF * p => 1.0,
             Self::Cutoff => 1.0 / (1.0 + r),
-            Self::Maximum if p == q => 0.5,
+            Self::Maximum if p.min(q) >= TIE * p.max(q) => 0.5,
             Self::Maximum => f32::from(u8::from(p > q)),
         }
     }

@@ -43,7 +43,7 @@ pub enum Heuristic {
     Power,
     /// Densities below a tenth of the largest count as 0. Veach 1997, §9.2.3 (α = 0.1).
     Cutoff,
-    /// All weight to the larger density. Veach 1997, §9.2.3.
+    /// All weight to the larger density, half each where they are equal up to rounding. Veach 1997, §9.2.3.
     Maximum,
 }
 

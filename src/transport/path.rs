@@ -29,8 +29,9 @@ pub struct PathTracer<'a> {
     environment: Rgb,
 }
 
-/// Largest probability of going on: even a white path must end some time.
-const LARGEST_SURVIVAL: f32 = 0.95;
+/// Largest probability of going on: even a white path must end some time. Each bounce that it limits divides the weight by it,
+/// so in closed surroundings of albedo ρ the variance is finite only for ρ² < this: 0.95, as in other renderers, is too small.
+const LARGEST_SURVIVAL: f32 = 0.999;
 
 /// A vertex of the path, in its shading frame.
 struct Shading<'a> {

@@ -1,8 +1,10 @@
 //! One test binary; one file per subject.
 
+mod agreement;
 mod bad_input;
 mod cells;
 mod chi2;
+mod closed_form;
 mod command_line;
 mod determinism;
 mod experiment_file;
