@@ -114,6 +114,30 @@ pub trait Estimator: Sync {
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate>;
 }
 
+impl<E: Estimator + ?Sized> Estimator for &E {
+    fn shape(&self) -> Shape {
+        (**self).shape()
+    }
+    fn identity(&self) -> String {
+        (**self).identity()
+    }
+    fn dependence(&self) -> Dependence {
+        (**self).dependence()
+    }
+    fn progressive(&self) -> bool {
+        (**self).progressive()
+    }
+    fn abscissa(&self) -> &'static str {
+        (**self).abscissa()
+    }
+    fn setup_seconds(&self) -> f64 {
+        (**self).setup_seconds()
+    }
+    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate> {
+        (**self).estimate(cell, checkpoint, previous)
+    }
+}
+
 /// Whether a sequence's first N points are the sequence of N points.
 pub fn is_progressive(sequence: Sequence) -> bool {
     matches!(sequence, Sequence::Independent | Sequence::Sobol)

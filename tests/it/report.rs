@@ -634,3 +634,47 @@ fn references_have_means_and_standard_errors() {
         assert!(mean.iter().chain(&error).all(|v| v.is_finite() && *v >= 0.0), "{}", file.display());
     }
 }
+
+/// What headless Chromium says on stderr while it shows a page; `None` where there is no Chromium (in CI that fails).
+fn browse(page: &Path, profile: &Path) -> Option<(String, Vec<u8>)> {
+    let picture = profile.join("page.png");
+    let output = std::process::Command::new("chromium")
+        .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
+        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
+        .args(["--enable-logging=stderr", "--log-level=0", "--window-size=1000,3000"])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("--screenshot={}", picture.display()))
+        .arg(format!("file://{}", page.display()))
+        .output();
+    match output {
+        Ok(output) => {
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            Some((said, std::fs::read(picture).unwrap_or_default()))
+        }
+        Err(e) => {
+            assert!(std::env::var_os("CI").is_none(), "chromium: {e}");
+            println!("skipped: no chromium ({e})");
+            None
+        }
+    }
+}
+
+#[test]
+fn a_browser_shows_the_page_without_complaint() {
+    let folder = folder("report-browser");
+    let record = seven_presets(&folder);
+    report::write(&record, &folder).unwrap();
+    let profile = tempfile::tempdir().unwrap();
+    let Some((said, picture)) = browse(&folder.join("report.html"), profile.path()) else { return };
+    let complaints: Vec<&str> = said.lines().filter(|l| l.contains("CONSOLE")).collect();
+    assert!(complaints.is_empty(), "{complaints:#?}");
+    // A blank page of this size compresses to some 10 kB.
+    assert!(picture.len() > 50_000, "screenshot of {} bytes", picture.len());
+
+    // The same check must see a page that breaks its own rules.
+    let broken = folder.join("broken.html");
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    std::fs::write(&broken, page.replace("</body>", "<script>alert(1)</script></body>")).unwrap();
+    let Some((said, _)) = browse(&broken, profile.path()) else { return };
+    assert!(said.lines().any(|l| l.contains("CONSOLE")), "a blocked script went unnoticed");
+}

@@ -1,98 +1,23 @@
 //! The one place that walks the flow: cells, then estimates at checkpoints, then statistics, verdicts, record.
 
+mod plan;
+mod sample;
+
+pub use plan::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
+pub use sample::{interrupt, progress_bar, sample};
+
 use crate::analysis::scene::{Analysed, Reference, Settings, Subject, analyse, compare_with_first};
-use crate::claim::Claim;
 use crate::error::{Error, Result};
 use crate::estimator::{Cell, Estimate, Estimator, Shape};
+use crate::moments::Moments;
 use crate::moments::cell::{CellFolder, Checkpoint};
-use crate::moments::{BLOCK, Moments};
 use crate::record::image::{Attributes, write_exr};
 use crate::record::layers;
 use crate::record::{Dependence, FORMAT, Provenance, Record, ReferenceResult, SceneResult, StrategyResult};
 use crate::sampling::{Key, Role, Strategy};
 use crate::stats::Metric;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
-
-/// Everything that a run needs, resolved and checked.
-pub struct Plan<'a> {
-    /// Name of the experiment.
-    pub name: String,
-    /// The question, in the author's words.
-    pub question: Option<String>,
-    /// The experiment file, verbatim.
-    pub experiment: String,
-    /// Experiment seed.
-    pub seed: u64,
-    /// Replicates per strategy.
-    pub replicates: u32,
-    /// Values of N at which the running estimate is looked at, ascending.
-    pub checkpoints: Vec<u64>,
-    /// Metrics, the headline one first.
-    pub metrics: Vec<Metric>,
-    /// Wanted errors.
-    pub targets: Vec<f64>,
-    /// Probe pixels.
-    pub probes: Vec<[u32; 2]>,
-    /// Keep images of every checkpoint and replicate, not only the last over all replicates.
-    pub log_pixels: bool,
-    /// Scenes with their contenders.
-    pub scenes: Vec<PlannedScene<'a>>,
-    /// Claims to judge.
-    pub claims: Vec<Claim>,
-    /// What was found odd while planning.
-    pub warnings: Vec<String>,
-}
-
-/// One scene or integrand and who is measured on it.
-pub struct PlannedScene<'a> {
-    /// Name.
-    pub name: String,
-    /// Strategies, in the order of tables.
-    pub contenders: Vec<Contender<'a>>,
-    /// What errors are measured against.
-    pub reference: ReferencePlan<'a>,
-    /// Longest path, where paths are traced.
-    pub max_depth: Option<u32>,
-}
-
-/// A named estimator.
-pub struct Contender<'a> {
-    /// Name of the strategy.
-    pub name: String,
-    /// Device it runs on.
-    pub device: String,
-    /// Its axis values.
-    pub strategy: Strategy,
-    /// The estimator.
-    pub estimator: Box<dyn Estimator + 'a>,
-}
-
-/// Where the truth comes from.
-pub enum ReferencePlan<'a> {
-    /// Every value is this.
-    Exact(f64),
-    /// An image with its standard error.
-    Image {
-        /// The file.
-        path: PathBuf,
-        /// Its values and their variance.
-        reference: Reference,
-    },
-    /// To be rendered.
-    Rendered {
-        /// By this estimator.
-        estimator: Box<dyn Estimator + 'a>,
-        /// Its name.
-        name: String,
-        /// Samples per value and replicate.
-        spp: u64,
-        /// Replicates.
-        replicates: u32,
-    },
-}
 
 /// How to run.
 pub struct Options {
@@ -103,16 +28,6 @@ pub struct Options {
     /// No progress on stderr.
     pub quiet: bool,
 }
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Asks the run to stop at the next checkpoint (Ctrl-C).
-pub fn interrupt() {
-    INTERRUPTED.store(true, Ordering::SeqCst);
-}
-
-/// Longest stretch of sampling between looks at the interrupt flag.
-const SLICE: Duration = Duration::from_secs(2);
 
 /// What was computed and what was found on disk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -165,7 +80,7 @@ pub fn quick(name: &str, estimator: &dyn Estimator, exact: f64, samples: u64, re
         name: name.into(),
         device: "cpu".into(),
         strategy: crate::sampling::strategy::Preset::Uniform.strategy(),
-        estimator: Box::new(Borrowed(estimator)),
+        estimator: Box::new(estimator),
     };
     let plan = Plan {
         name: name.into(),
@@ -189,42 +104,6 @@ pub fn quick(name: &str, estimator: &dyn Estimator, exact: f64, samples: u64, re
     };
     let options = Options { out: folder.path().to_owned(), fresh: true, quiet: true };
     run(&plan, &options).map(|(record, _)| record)
-}
-
-/// Powers of two up to `last`, and `last` itself.
-pub fn powers_of_two(last: u64) -> Vec<u64> {
-    let mut n: Vec<u64> = (0..64).map(|k| 1 << k).take_while(|&n| n <= last).collect();
-    if n.last() != Some(&last) {
-        n.push(last);
-    }
-    n
-}
-
-/// An estimator that somebody else owns.
-struct Borrowed<'a>(&'a dyn Estimator);
-
-impl Estimator for Borrowed<'_> {
-    fn shape(&self) -> crate::estimator::Shape {
-        self.0.shape()
-    }
-    fn identity(&self) -> String {
-        self.0.identity()
-    }
-    fn dependence(&self) -> crate::record::Dependence {
-        self.0.dependence()
-    }
-    fn progressive(&self) -> bool {
-        self.0.progressive()
-    }
-    fn abscissa(&self) -> &'static str {
-        self.0.abscissa()
-    }
-    fn setup_seconds(&self) -> f64 {
-        self.0.setup_seconds()
-    }
-    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate> {
-        self.0.estimate(cell, checkpoint, previous)
-    }
 }
 
 /// One replicate of one estimator, being sampled: the estimate so far and where it is kept.
@@ -567,52 +446,6 @@ fn reference_image(reference: &Reference, scene: &str, shape: Shape, folder: &Pa
     let layers = layers::statistics(shape, &reference.mean, &[], &std_error, 0);
     write_exr(&folder.join(&relative), &layers, &Attributes::default())?;
     Ok(relative)
-}
-
-/// Samples a cell up to `n` per value, or until interrupted (second part of the result): a slice of about [`SLICE`] at a time.
-pub fn sample(
-    estimator: &dyn Estimator,
-    cell: &Cell,
-    n: u64,
-    mut current: Option<Estimate>,
-    bar: &ProgressBar,
-) -> Result<(Estimate, bool)> {
-    let pixels = estimator.shape().pixels() as u64;
-    if let Some(done) = current.take_if(|e| e.abscissa >= n) {
-        return Ok((done, false));
-    }
-    loop {
-        let before = current.as_ref().map_or(0, |e| e.abscissa);
-        let estimate = estimator.estimate(cell, next_step(current.as_ref(), n), current.take())?;
-        bar.inc((estimate.abscissa - before).saturating_mul(pixels));
-        let interrupted = INTERRUPTED.load(Ordering::SeqCst);
-        if interrupted || estimate.abscissa >= n {
-            return Ok((estimate, interrupted));
-        }
-        current = Some(estimate);
-    }
-}
-
-/// A bar on stderr with rate and time left; hidden where stderr is no terminal, or on request.
-pub fn progress_bar(samples: u64, quiet: bool) -> ProgressBar {
-    let bar = ProgressBar::new(samples);
-    if quiet {
-        bar.set_draw_target(ProgressDrawTarget::hidden());
-    }
-    let style = "{spinner} {msg:32} {bar:30} {percent:>3} %  {per_sec} samples/s  {eta} left";
-    bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
-}
-
-/// The next N to sample to: at most about [`SLICE`] ahead at the speed so far, in whole blocks.
-fn next_step(current: Option<&Estimate>, n: u64) -> u64 {
-    let done = current.map_or(0, |e| e.abscissa);
-    let ahead = match current {
-        Some(e) if e.seconds > 0.0 && e.abscissa > 0 => (SLICE.as_secs_f64() * e.abscissa as f64 / e.seconds) as u64,
-        _ => BLOCK,
-    };
-    n.min((done + ahead.max(1)).next_multiple_of(BLOCK))
 }
 
 /// Samples that a scene will take, over all strategies, replicates and its reference.
