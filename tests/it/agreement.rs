@@ -9,7 +9,7 @@
 //! correlated (an upper bound). Degrees of freedom by Welch and Satterthwaite.
 //!
 //! Two things are asserted of each pair: the difference is not significant, and a bias of the stated size would have
-//! been (with probability 0.9). Presets without light sampling need up to 40 960 samples per pixel for that; where they
+//! been (with probability 0.9). Presets without light sampling need up to 24 576 samples per pixel for that; where they
 //! need more than 512, the test takes a sixteenth and accepts four times the bias, unless ROOTN_SLOW is set (about
 //! ten minutes). `mis` is also compared tile by tile, so that errors that cancel over the image are seen.
 
@@ -45,11 +45,11 @@ const CASES: [Case; 6] = [
         scene: "bitterli-cornell-box/mitsuba/scene_v3.xml",
         spp: [1440, 800, 800, 64, 64, 128, 64],
     },
-    Case { name: "mitsuba-cbox", scene: "mitsuba-cbox/cbox-rgb.xml", spp: [1920, 1120, 1120, 64, 64, 272, 64] },
-    Case { name: "own-lights", scene: "own/lights.xml", spp: [40960, 16384, 16384, 64, 64, 344, 64] },
+    Case { name: "mitsuba-cbox", scene: "mitsuba-cbox/cbox-rgb.xml", spp: [1920, 1120, 1120, 64, 64, 288, 64] },
+    Case { name: "own-lights", scene: "own/lights.xml", spp: [24576, 15360, 15360, 64, 64, 352, 64] },
     Case { name: "own-baffle", scene: "own/baffle.xml", spp: [5120, 1024, 1024, 80, 80, 960, 80] },
     Case { name: "own-overcast", scene: "own/overcast.xml", spp: [64, 64, 64, 64, 64, 256, 64] },
-    Case { name: "own-dragon", scene: "own/dragon.xml", spp: [384, 240, 240, 64, 64, 512, 64] },
+    Case { name: "own-dragon", scene: "own/dragon.xml", spp: [384, 240, 240, 64, 64, 592, 64] },
 ];
 
 /// Independent runs that each preset's samples are split into.

@@ -420,10 +420,10 @@ fn roulette_in_white_surroundings_has_the_variance_it_should() {
     assert!((all.mean - form.exact).abs() < SIGMAS * (exact / n).sqrt());
 }
 
-/// Half a percent of albedo, in the renderer's favour or not, is seen in every scene.
+/// Half a percent of albedo, more or less, is seen in every scene of short paths (long ones multiply it).
 #[test]
 fn half_a_percent_of_albedo_is_rejected() {
-    for form in forms() {
+    for form in forms().into_iter().filter(|f| f.scene.depth.max.is_some()) {
         for factor in [0.995, 1.005] {
             let mut scene = form.scene.clone();
             for material in &mut scene.materials {
