@@ -33,7 +33,7 @@ pub struct Experiment {
     #[serde(default)]
     pub log: Log,
     /// Pixels [column, row] whose running mean is plotted.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "pairs")]
     pub probes: Vec<[u32; 2]>,
     /// Errors whose cost is stated, in the root of the headline metric (0.01 = 1 %).
     #[serde(default = "default_targets")]
@@ -49,6 +49,15 @@ pub struct Experiment {
     /// What is claimed.
     #[serde(default)]
     pub claim: Vec<Claim>,
+}
+
+/// Lists of exactly two numbers; the TOML reader alone would drop what a longer list holds.
+fn pairs<'de, D: serde::Deserializer<'de>>(d: D) -> Result<Vec<[u32; 2]>, D::Error> {
+    let pair = |list: Vec<u32>| {
+        let found = list.len();
+        list.try_into().map_err(|_| serde::de::Error::custom(format!("{found} numbers; a probe is [column, row]")))
+    };
+    Vec::<Vec<u32>>::deserialize(d)?.into_iter().map(pair).collect()
 }
 
 fn default_targets() -> Vec<f64> {

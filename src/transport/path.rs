@@ -84,6 +84,9 @@ impl<'a> PathTracer<'a> {
     pub fn sample<V: Simd, S: Sink>(&self, simd: V, draw: &Draw, sink: &mut S) -> Rgb {
         let mut ray = self.camera_ray(draw);
         let mut total = Rgb::ZERO;
+        if self.max_depth == 0 {
+            return total;
+        }
         let mut beta = Rgb::ONE;
         // Density and origin of the last drawn direction; none at the camera, where emission counts in full.
         let mut last: Option<(f32, Vec3)> = None;

@@ -71,15 +71,21 @@ fn without_times(value: &mut Value) {
 /// Everything that a run left and that must not differ: record, curves, cells (header and payload).
 #[derive(Debug, PartialEq)]
 pub(crate) struct Left {
-    pub(crate) record: Value,
+    record: Value,
     curves: Vec<Vec<String>>,
     cells: BTreeMap<PathBuf, (Value, Vec<u8>)>,
 }
 
-pub(crate) fn left(out: &Path, name: &str) -> Left {
+/// The record without times.
+pub(crate) fn results(out: &Path, name: &str) -> Value {
     let text = std::fs::read_to_string(out.join(name).join("record.json")).unwrap();
     let mut record = serde_json::from_str(&text).unwrap();
     without_times(&mut record);
+    record
+}
+
+pub(crate) fn left(out: &Path, name: &str) -> Left {
+    let record = results(out, name);
     let mut curves = csv::ReaderBuilder::new().has_headers(false).from_path(out.join(name).join("curves.csv")).unwrap();
     let mut rows: Vec<Vec<String>> = curves.records().map(|r| r.unwrap().iter().map(str::to_owned).collect()).collect();
     let column = rows[0].iter().position(|c| c == "seconds").unwrap();
@@ -107,7 +113,7 @@ fn cell(bytes: &[u8]) -> (Value, Vec<u8>) {
 fn the_number_of_threads_leaves_no_trace() {
     let folder = tempfile::tempdir().unwrap();
     let path = experiment(folder.path(), &cornell(), 70, "");
-    let left: Vec<Left> = [1, 2, 3]
+    let all: Vec<Left> = [1, 2, 3]
         .into_iter()
         .map(|threads| {
             let out = folder.path().join(threads.to_string());
@@ -116,15 +122,15 @@ fn the_number_of_threads_leaves_no_trace() {
             left(&out, "small")
         })
         .collect();
-    assert!(left[0].cells.len() > 60, "{}", left[0].cells.len());
-    assert!(left[0] == left[1] && left[0] == left[2]);
+    assert!(all[0].cells.len() > 60, "{}", all[0].cells.len());
+    assert!(all[0] == all[1] && all[0] == all[2]);
     // The sabotaged twin: another seed is seen.
     let text = std::fs::read_to_string(&path).unwrap().replace("replicates = 3", "replicates = 3\nseed = 2");
     std::fs::write(&path, text).unwrap();
     let out = folder.path().join("other");
     run_file(&path, &out, false).unwrap();
-    let other = super::determinism::left(&out, "small");
-    assert!(other.record != left[0].record && other.curves != left[0].curves && other.cells != left[0].cells);
+    let other = left(&out, "small");
+    assert!(other.record != all[0].record && other.curves != all[0].curves && other.cells != all[0].cells);
 }
 
 /// Numbers 0 … n−1 in random order.
