@@ -53,7 +53,8 @@ pub fn slope(checkpoints: &[CheckpointResult], squared: bool) -> Option<Slope> {
 /// Samples and seconds that reach a wanted error.
 ///
 /// With `variance` (relative variance per sample of independent samples) N = variance/target². Otherwise N is read off
-/// the measured curve and off the bounds of its band, log-linearly, and beyond its ends with the fitted slope.
+/// the measured curve and off the bounds of its band, log-linearly, and beyond its ends with the fitted slope and the
+/// bounds of its interval.
 pub fn cost(
     target: f64,
     checkpoints: &[CheckpointResult],
@@ -69,18 +70,22 @@ pub fn cost(
             Interval { estimate: n(v.estimate), lower: v.lower.map(n), upper: v.upper.map(n), ..v }
         }
         _ => {
-            let read = |pick: fn(&Interval) -> Option<f64>| {
+            let slope = slope?.slope;
+            let read = |pick: fn(&Interval) -> Option<f64>, slope: f64| {
                 let points: Vec<(f64, f64)> = checkpoints
                     .iter()
                     .filter(|c| c.refused.is_none())
                     .filter_map(|c| Some(((c.spp as f64).ln(), error(pick(&c.metrics[0].mean)?, squared)?.ln())))
                     .collect();
-                solve(&points, target.ln(), slope?.slope.estimate)
+                solve(&points, target.ln(), slope)
             };
+            // Which of the slopes reaches the error first depends on the end that the curve is left at.
+            let bound =
+                |pick, first: fn(f64, f64) -> f64| Some(first(read(pick, slope.lower?)?, read(pick, slope.upper?)?));
             Interval {
-                estimate: read(|i| Some(i.estimate))?,
-                lower: read(|i| i.lower),
-                upper: read(|i| i.upper),
+                estimate: read(|i| Some(i.estimate), slope.estimate)?,
+                lower: bound(|i| i.lower, f64::min),
+                upper: bound(|i| i.upper, f64::max),
                 confidence: CONFIDENCE,
             }
         }

@@ -99,14 +99,13 @@ pub fn analyse(
     let pixels = settings.shape.pixels() as f64;
     let seconds: Vec<f64> = last.iter().map(|c| c.seconds / (n as f64 * pixels)).collect();
     let field_seconds: Vec<f64> = last.iter().map(|c| c.seconds / n as f64).collect();
+    let field_seconds = median_interval(&field_seconds, CONFIDENCE);
     let independent = (subject.dependence == Dependence::Independent && settings.metrics[0] == Metric::RelMse)
         .then_some(relative_variance);
     let cost = settings
         .targets
         .iter()
-        .filter_map(|&t| {
-            cost(t, &checkpoints, squared, independent, slope.as_ref(), median_interval(&field_seconds, CONFIDENCE))
-        })
+        .filter_map(|&t| cost(t, &checkpoints, squared, independent, slope.as_ref(), field_seconds))
         .collect();
     let result = StrategyResult {
         name: subject.name,
@@ -160,16 +159,28 @@ fn checkpoint(
         .then(|| loaded.iter().filter_map(|c| weighted_variance(&c.variance, weights)).collect::<Vec<_>>())
         .filter(|v| v.len() == loaded.len())
         .map(|v| v.iter().sum::<f64>() / v.len() as f64 / n as f64);
-    let uncorrected = metrics[0].mean.estimate + shares[0];
-    let refused = (shares[0] > REFERENCE_LIMIT * uncorrected).then(|| {
+    CheckpointResult {
+        spp: n,
+        seconds: loaded.iter().map(|c| c.seconds).collect(),
+        refused: refusal(&metrics, settings, shares),
+        metrics,
+        predicted,
+    }
+}
+
+/// Why the reference cannot judge a checkpoint, if so. Its share is known in squares only; the other metrics are judged
+/// by the first of these.
+fn refusal(metrics: &[MetricResult], settings: &Settings<'_>, shares: &[f64]) -> Option<String> {
+    let judge = settings.metrics.iter().position(|m| m.squared())?;
+    let uncorrected = metrics[judge].mean.estimate + shares[judge];
+    (shares[judge] > REFERENCE_LIMIT * uncorrected).then(|| {
         format!(
             "the reference's own variance is {:.0} % of the measured {} (limit {:.0} %)",
-            100.0 * shares[0] / uncorrected,
-            settings.metrics[0].info().name,
+            100.0 * shares[judge] / uncorrected,
+            settings.metrics[judge].info().name,
             100.0 * REFERENCE_LIMIT
         )
-    });
-    CheckpointResult { spp: n, seconds: loaded.iter().map(|c| c.seconds).collect(), metrics, predicted, refused }
+    })
 }
 
 /// Mean over values of w·s²; `None` where a variance is not defined.

@@ -3,6 +3,7 @@
 use crate::analysis::{efficiency_ratio, variance_ratio};
 use crate::record::{ClaimResult, Interval, SceneResult, StrategyResult, Verdict};
 use crate::stats::mean_interval;
+use crate::stats::number::{percent, significant};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -136,7 +137,7 @@ impl Claim {
         let (Some(lower), Some(upper)) = (i.lower, i.upper) else {
             return format!("no interval could be formed ({claimed})");
         };
-        let range = format!("{lower:.3} to {upper:.3}");
+        let range = format!("{} to {}", significant(lower, 3), significant(upper, 3));
         let of = &self.of;
         let to = self.to.as_deref().unwrap_or_default();
         let what = match self.kind {
@@ -145,6 +146,6 @@ impl Claim {
             Kind::Slope => format!("the error of {of} falls as N to the power {range}"),
         };
         let open = if verdict == Verdict::Inconclusive { "; the interval straddles the threshold" } else { "" };
-        format!("{:.4} % confident: {what} ({claimed}{open})", self.confidence * 100.0).replace(".0000 %", " %")
+        format!("{} confident: {what} ({claimed}{open})", percent(self.confidence))
     }
 }

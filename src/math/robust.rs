@@ -12,13 +12,6 @@ pub const fn gamma(n: u32) -> f32 {
     nu / (1.0 - nu)
 }
 
-/// a·b − c·d within 0.51 ulp of the exact value, however much it cancels: both products are exact in f64, the difference is
-/// rounded there once and here once.
-#[inline(always)]
-pub fn difference_of_products(a: f32, b: f32, c: f32, d: f32) -> f32 {
-    (f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d)) as f32
-}
-
 /// Moves `p` off the surface that it lies on, to the side that `direction` points to, by so much that every point within
 /// `p_error` of `p` on the plane through it with normal `n` is left strictly behind (pbrt 4th ed. §6.8.6).
 /// A zero `n` leaves `p` where it is (a point light, a camera).

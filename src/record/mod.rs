@@ -212,7 +212,8 @@ pub struct MetricResult {
     pub values: Vec<f64>,
     /// Mean over replicates with a 95 % interval.
     pub mean: Interval,
-    /// The same mean without the 0.1 % largest terms of each replicate; beside, never instead. `None` for metrics that are not means of terms.
+    /// The same mean without the 0.1 % largest terms of each replicate; beside, never instead. `None` where it is not
+    /// finite.
     pub trimmed: Option<f64>,
 }
 
@@ -238,7 +239,7 @@ pub struct TargetCost {
     pub extrapolated: bool,
 }
 
-/// Running mean of one pixel (mean over channels) in the first replicate.
+/// Running mean of one pixel (mean over channels).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ProbeResult {
     /// Pixel column and row.

@@ -1,10 +1,11 @@
 //! What errors cost: a point with an interval per strategy and wanted error.
 
-use super::canvas::{Anchor, Axis, Canvas, Frame, GREY, INK, Scale, TEXT, colour, fit, svg, text_width};
-use super::number::{format_interval, significant};
+use super::axis::{Axis, Frame, Scale};
+use super::canvas::{Anchor, Canvas, GREY, INK, TEXT, colour, fit, svg, text_width};
 use super::plot::{Context, log_range};
 use super::{Figure, plain};
 use crate::record::{StrategyResult, TargetCost};
+use crate::stats::number::{format_interval, significant};
 
 const WIDTH: f64 = 740.0;
 const ROW: f64 = 20.0;

@@ -1,9 +1,9 @@
 //! `report.html`: one file with everything in it, for a browser without network or JavaScript.
 
-use super::number::{format_interval, percent, significant};
 use super::table::{common_spp, scene_table, word};
 use super::{Figure, Headline, plain};
-use crate::record::{ClaimResult, MetricInfo, Record, SceneResult, StrategyResult, Verdict};
+use crate::record::{ClaimResult, Dependence, MetricInfo, Record, SceneResult, StrategyResult, Verdict};
+use crate::stats::number::{format_interval, percent, significant};
 use serde::Serialize;
 
 /// The page around the results. Its name ends in `.html`, so that every value is escaped.
@@ -166,10 +166,18 @@ fn ratios(scene: &SceneResult) -> Grid {
         row.extend(quantiles);
         Some(row)
     };
-    let caption = "Relative variance of one sample, its ratio to the first strategy's, and quantiles of that ratio over \
-                   pixels: the ratio of a whole image may hide that most pixels say otherwise.";
+    let mut caption =
+        "Relative variance of one sample, its ratio to the first strategy's, and quantiles of that ratio over \
+                       pixels: the ratio of a whole image may hide that most pixels say otherwise."
+            .to_owned();
+    if scene.strategies.iter().any(|s| s.dependence != Dependence::Independent) {
+        caption.push_str(
+            " Where samples depend on one another the variance is N times that of the replicates' means at the largest N. \
+             A single pixel then knows it from so few means that the outer quantiles show this noise too.",
+        );
+    }
     let columns = ["relative variance", "ratio", "5 %", "25 %", "50 %", "75 %", "95 %"];
-    grid("Variance", caption, &columns, scene.strategies.iter().filter_map(row))
+    grid("Variance", &caption, &columns, scene.strategies.iter().filter_map(row))
 }
 
 /// What each wanted error costs.

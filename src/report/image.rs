@@ -1,11 +1,12 @@
 //! Pictures of fields: maps of the sample variance in false colour and tone-mapped means, all panels of a scene on a
 //! common scale, pixels shown as they are (enlarged by whole factors, or averaged down by whole factors).
 
-use super::canvas::{Anchor, Axis, Canvas, Frame, GREY, INK, Pixels, Scale, TEXT, fit, png, rasterise, svg};
+use super::axis::{Axis, Frame, Scale};
+use super::canvas::{Anchor, Canvas, GREY, INK, Pixels, TEXT, fit, png, rasterise, svg};
 use super::{Figure, plain};
 use crate::error::Result;
-use crate::record::SceneResult;
 use crate::record::image::{Layers, read_exr};
+use crate::record::{Dependence, SceneResult};
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use std::path::Path;
 
@@ -206,9 +207,18 @@ fn variance_maps(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Fi
     let index = |panel: &Panel| panels.iter().position(|p| std::ptr::eq(p, panel)).unwrap_or(0);
     let bar = |canvas: &Canvas, top: f64| colour_bar(canvas, top + 4.0, (from, to));
     let png = sheet.render(&title, bar, |panel, i| colour(greys[index(panel)][i]));
+    let dependent: Vec<String> =
+        scene.strategies.iter().filter(|s| s.dependence != Dependence::Independent).map(|s| plain(&s.name)).collect();
+    let not_theirs = match dependent.is_empty() {
+        true => String::new(),
+        false => format!(
+            "What the even spread of the points of {} gains is not in it: that shows in the variance of means only. ",
+            dependent.join(", ")
+        ),
+    };
     let caption = format!(
         "Variance of one sample, mean over channels, on one logarithmic scale for all strategies. Where a map is darker, \
-         that strategy's samples agree better. The ends of the bar are the 1 % and 99.9 % quantiles; beyond them the end \
+         that strategy's samples agree better. {not_theirs}The ends of the bar are the 1 % and 99.9 % quantiles; beyond them the end \
          colours go on. Black: no variance at all; magenta: not a number. {}",
         sheet.sampling()
     );
@@ -217,8 +227,10 @@ fn variance_maps(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Fi
         values.sort_by(f64::total_cmp);
         values.get(values.len() / 2).copied().unwrap_or(0.0)
     };
-    let medians =
-        panels.iter().zip(&greys).map(|(p, g)| format!("{} {}", p.name, super::number::significant(median(g), 2)));
+    let medians = panels
+        .iter()
+        .zip(&greys)
+        .map(|(p, g)| format!("{} {}", p.name, crate::stats::number::significant(median(g), 2)));
     let alt = format!("{title}. Medians: {}.", medians.collect::<Vec<_>>().join(", "));
     let heading = "Maps of the sample variance".to_owned();
     Some(Figure { stem: format!("{stem}-variance"), title: heading, caption, alt, notes: vec![], svg: None, png })

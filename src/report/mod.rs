@@ -1,18 +1,19 @@
 //! Reports: tables, curves, figures and one page, all pure functions of a [`Record`] and the images it names. The same
 //! record gives the same bytes on every machine: fonts are built in, nothing asks for the time.
 
+mod axis;
 mod canvas;
 mod cost;
 mod csv;
 mod html;
 mod image;
-mod number;
 mod plot;
 mod probe;
 mod table;
 
 use crate::error::Result;
 use crate::record::{CheckpointResult, Interval, MetricInfo, Record, write_atomically};
+use crate::stats::{Metric, number};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -100,6 +101,8 @@ struct Headline {
     squared: bool,
     /// 100 for percent, else 1.
     scale: f64,
+    /// Whether it tends to 0 as the estimate gets better.
+    converges: bool,
 }
 
 impl Headline {
@@ -119,6 +122,7 @@ impl Headline {
             unit: if relative { "%".into() } else { metric.unit.clone() },
             squared: metric.squared,
             scale: if relative { 100.0 } else { 1.0 },
+            converges: Metric::ALL.iter().all(|m| m.info().name != metric.name || m.converges_to_zero()),
         }
     }
 

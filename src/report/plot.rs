@@ -1,11 +1,10 @@
 //! Error against N and against time, as SVG and PNG; what all plots of a scene share.
 
-use super::canvas::{
-    Anchor, Axis, Canvas, Frame, GREY, INK, Scale, TEXT, clip, colour, fit, png, rasterise, svg, text_width,
-};
-use super::number::{percent, significant};
+use super::axis::{Axis, Frame, Scale};
+use super::canvas::{Anchor, Canvas, GREY, INK, TEXT, clip, colour, fit, png, rasterise, svg, text_width};
 use super::{Figure, Headline, cost, plain, probe};
 use crate::record::{Dependence, Interval, Record, SceneResult, StrategyResult};
+use crate::stats::number::{percent, significant};
 use std::collections::BTreeMap;
 
 /// Pixels of PNG per pixel of SVG.
@@ -301,7 +300,7 @@ impl LinePlot<'_> {
             for curve in self.curves {
                 self.draw_band(canvas, &frame, curve);
             }
-            if self.headline.unit != "dB" {
+            if self.headline.converges {
                 self.triangle(canvas, &frame);
             }
             for curve in self.curves {

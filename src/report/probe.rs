@@ -1,10 +1,11 @@
 //! Running means of probe pixels: one figure per pixel, one panel per strategy, all on the same axes.
 
-use super::canvas::{Anchor, Axis, Canvas, Frame, INK, Scale, TEXT, clip, colour, fit, svg};
-use super::number::significant;
+use super::axis::{Axis, Frame, Scale};
+use super::canvas::{Anchor, Canvas, INK, TEXT, clip, colour, fit, svg};
 use super::plot::{Context, log_range};
 use super::{Figure, plain};
 use crate::record::{ProbeResult, StrategyResult};
+use crate::stats::number::significant;
 
 const PANEL: (f64, f64) = (178.0, 130.0);
 const GAP: (f64, f64) = (16.0, 40.0);

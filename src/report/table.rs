@@ -1,8 +1,8 @@
 //! The results as text: for the console and as Markdown.
 
-use super::number::{format_half_width, format_interval, percent, significant};
 use super::{Figure, Headline, plain};
 use crate::record::{ClaimResult, Interval, Record, SceneResult, StrategyResult, Verdict};
+use crate::stats::number::{format_half_width, format_interval, percent, significant};
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle, presets};
 
 /// One scene's results as cells, with what must be said below them.
@@ -169,7 +169,7 @@ fn marks(scene: &SceneResult, headline: &Headline, spp: Option<u64>) -> Vec<Stri
             notes.push(format!("{name}: refused at N = {at}: {}.", plain(reason).trim_end_matches('.')));
         }
         if strategy.slope.is_none() {
-            notes.push(format!("{name}: no slope (fewer than three usable checkpoints or two replicates)."));
+            notes.push(format!("{name}: no slope, {}.", why_no_slope(strategy, headline)));
         }
         if strategy.non_finite.count > 0 {
             let first = strategy.non_finite.first.first();
@@ -179,6 +179,22 @@ fn marks(scene: &SceneResult, headline: &Headline, spp: Option<u64>) -> Vec<Stri
         }
     }
     notes
+}
+
+/// Why no slope could be fitted.
+fn why_no_slope(strategy: &StrategyResult, headline: &Headline) -> &'static str {
+    let values = || strategy.checkpoints.iter().flat_map(|c| c.metrics.first()).flat_map(|m| &m.values);
+    if !headline.converges {
+        "the metric does not tend to 0"
+    } else if strategy.checkpoints.iter().any(|c| c.seconds.len() < 2) {
+        "it takes two replicates"
+    } else if strategy.checkpoints.len() < 3 {
+        "it takes three checkpoints"
+    } else if values().all(|v| *v == 0.0) {
+        "the error is 0 throughout"
+    } else {
+        "fewer than three checkpoints have an error that the reference can judge and that is positive in every replicate"
+    }
 }
 
 /// The verdict as one word.

@@ -1,7 +1,7 @@
 //! Confidence intervals over replicates.
 
 use crate::record::Interval;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
 /// Two-sided quantile of Student's t: P(|T| ≤ t) = confidence.
 pub fn student_t(confidence: f64, degrees: f64) -> f64 {
@@ -89,14 +89,8 @@ pub fn median_interval(values: &[f64], confidence: f64) -> Interval {
     let mut v = values.to_vec();
     v.sort_unstable_by(f64::total_cmp);
     // Largest k with P(k ≤ B ≤ n−k) ≥ confidence, B ~ Binomial(n, ½); the bounds are the k-th values from both ends.
-    let mut tail = 0.0;
-    let mut term = 0.5f64.powi(n as i32);
-    let mut k = 0;
-    while k < n / 2 && 2.0 * (tail + term) <= 1.0 - confidence {
-        tail += term;
-        term *= (n - k) as f64 / (k + 1) as f64;
-        k += 1;
-    }
+    let flips = Binomial::new(0.5, n as u64).expect("½ is a probability");
+    let k = (0..n / 2).take_while(|&k| 2.0 * flips.cdf(k as u64) <= 1.0 - confidence).count();
     if k == 0 {
         return Interval { estimate, lower: None, upper: None, confidence };
     }

@@ -70,7 +70,7 @@ impl Metric {
         MetricInfo {
             name: name.into(),
             formula: formula.into(),
-            channels: "R, G, B each count as a value; mean over pixels × channels".into(),
+            channels: "each channel of each pixel is a value of its own; means run over all values".into(),
             squared: self.squared(),
             unit: unit.into(),
         }

@@ -3,7 +3,7 @@
 use crate::record::Interval;
 
 /// `x` with so many significant digits; powers of ten outside 10⁻⁴ … 10⁶.
-pub(super) fn significant(x: f64, digits: i32) -> String {
+pub(crate) fn significant(x: f64, digits: i32) -> String {
     if x == 0.0 || !x.is_finite() {
         return x.to_string();
     }
@@ -19,7 +19,7 @@ pub(super) fn significant(x: f64, digits: i32) -> String {
 
 /// "12.3 [11.8, 12.9]": as many decimals as leave two significant digits of the interval's width, `suffix` behind the
 /// estimate. Three significant digits and no brackets where there are no bounds.
-pub(super) fn format_interval(i: &Interval, suffix: &str) -> String {
+pub(crate) fn format_interval(i: &Interval, suffix: &str) -> String {
     let (Some(lower), Some(upper)) = (i.lower, i.upper) else {
         return format!("{}{suffix}", significant(i.estimate, 3));
     };
@@ -34,7 +34,7 @@ pub(super) fn format_interval(i: &Interval, suffix: &str) -> String {
 }
 
 /// "12.31 ± 0.55": the estimate and half the interval's width, rounded alike.
-pub(super) fn format_half_width(i: &Interval) -> String {
+pub(crate) fn format_half_width(i: &Interval) -> String {
     let (Some(lower), Some(upper)) = (i.lower, i.upper) else {
         return significant(i.estimate, 3);
     };
@@ -49,7 +49,7 @@ pub(super) fn format_half_width(i: &Interval) -> String {
 }
 
 /// A share in percent, "1 %".
-pub(super) fn percent(x: f64) -> String {
+pub(crate) fn percent(x: f64) -> String {
     let text = significant(100.0 * x, 3);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     format!("{text} %")
@@ -96,7 +96,7 @@ fn decimal(x: f64, decimals: i32) -> String {
 }
 
 /// An integer in superscript digits.
-pub(super) fn superscript(n: i32) -> String {
+pub(crate) fn superscript(n: i32) -> String {
     let digit = |c| match c {
         '-' => '⁻',
         '1' => '¹',
