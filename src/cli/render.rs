@@ -109,6 +109,9 @@ impl Render {
         if self.spp == 0 {
             return Err(Error::Usage("--spp 0: at least 1".into()));
         }
+        if !self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+            return Err(Error::Usage(format!("--output {}: only .exr images are written", self.output.display())));
+        }
         let prepared = Arc::new(self.settings.prepare(&self.scene)?);
         let strategy = self.settings.strategy(self.strategy);
         let estimator = CpuEstimator::new(prepared, strategy);

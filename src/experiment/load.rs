@@ -20,6 +20,10 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<(Experiment, String)> {
     if size > LARGEST {
         return Err(Error::input(Place::file(path), format!("{size} bytes; an experiment file has at most {LARGEST}")));
     }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml")) {
+        let message = "a scene; an experiment is a TOML file that names scenes (`rootn render` takes a scene alone)";
+        return Err(Error::input(Place::file(path), message));
+    }
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
     let mut text = String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count() as u32 + 1;
@@ -35,7 +39,12 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<(Experiment, String)> {
     let experiment: Experiment = match table.try_into::<Experiment>() {
         Ok(experiment) => experiment,
         // Where the file itself is wrong, its line helps more.
-        Err(e) => return Err(parse(path, &text).err().unwrap_or_else(|| Error::Usage(format!("--set: {}", said(&e))))),
+        Err(e) => {
+            let text_of = e.to_string();
+            let key = text_of.lines().find(|l| l.starts_with("in `")).map(|l| format!(" {l}")).unwrap_or_default();
+            let mistaken = || Error::Usage(format!("--set: {}{key}", said(&e)));
+            return Err(parse(path, &text).err().unwrap_or_else(mistaken));
+        }
     };
     check(path, &text, &experiment)?;
     for o in overrides {
@@ -72,6 +81,10 @@ fn set(table: &mut toml::Table, o: &str) -> Result<()> {
 fn said(e: &toml::de::Error) -> String {
     let message = e.message();
     let hint = unknown_name(message).map(|hint| format!("; did you mean `{hint}`?"));
+    // Serde speaks of this program's types.
+    let message = ["u32", "u64"]
+        .iter()
+        .fold(message.to_owned(), |m, t| m.replace(&format!("expected {t}"), "expected a whole number, not negative"));
     format!("{message}{}", hint.unwrap_or_default())
 }
 

@@ -84,6 +84,19 @@ impl CellFolder {
         }
     }
 
+    /// Removes what killed runs left half written. Files younger than an hour may be another run's that is still writing.
+    pub fn tidy(root: &Path) {
+        let cells = std::fs::read_dir(root).into_iter().flatten().flatten();
+        let files = cells.filter_map(|cell| std::fs::read_dir(cell.path()).ok()).flatten().flatten();
+        for file in files.filter(|f| f.file_name().as_encoded_bytes().starts_with(b".tmp")) {
+            let age = file.metadata().and_then(|m| m.modified()).ok().and_then(|t| t.elapsed().ok());
+            if age.is_some_and(|age| age.as_secs() > 3600) {
+                // If it cannot be removed, nothing depends on it.
+                let _ = std::fs::remove_file(file.path());
+            }
+        }
+    }
+
     /// Forgets the state that a run continues from.
     pub fn remove_state(&self) -> Result<()> {
         let path = self.state();

@@ -1,19 +1,19 @@
 //! The one place that walks the flow: cells, then estimates at checkpoints, then statistics, verdicts, record.
 
+mod image;
 mod plan;
+mod reference;
 mod sample;
 
+pub(crate) use image::file_name;
 pub use plan::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
 pub use sample::{interrupt, progress_bar, sample};
 
 use crate::analysis::scene::{Analysed, Reference, Settings, Subject, analyse, compare_with_first};
 use crate::error::{Error, Result};
-use crate::estimator::{Cell, Estimate, Estimator, Shape};
-use crate::moments::Moments;
+use crate::estimator::{Cell, Estimate, Estimator};
 use crate::moments::cell::{CellFolder, Checkpoint};
-use crate::record::image::{Attributes, write_exr};
-use crate::record::layers;
-use crate::record::{Dependence, FORMAT, Provenance, Record, ReferenceResult, SceneResult, StrategyResult};
+use crate::record::{FORMAT, Provenance, Record, SceneResult, StrategyResult};
 use crate::sampling::{Key, Role, Strategy};
 use crate::stats::Metric;
 use indicatif::ProgressBar;
@@ -41,6 +41,7 @@ pub struct Reuse {
 /// Runs a plan and writes its record and images (not yet the report) below `options.out`.
 pub fn run(plan: &Plan<'_>, options: &Options) -> Result<(Record, Reuse)> {
     let mut runner = Runner::new(plan, options);
+    CellFolder::tidy(&runner.cells);
     let folder = options.out.join(&plan.name);
     let mut scenes = Vec::new();
     for scene in &plan.scenes {
@@ -306,61 +307,6 @@ impl<'a> Runner<'a> {
 }
 
 impl Runner<'_> {
-    /// The reference as numbers, and as the record describes it.
-    fn reference(&mut self, scene: &PlannedScene<'_>, folder: &Path) -> Result<(Reference, ReferenceResult)> {
-        let shape = scene.contenders[0].estimator.shape();
-        let (reference, description, seconds) = match &scene.reference {
-            ReferencePlan::Exact(value) => {
-                let mean = vec![*value; shape.values()];
-                (Reference { variance: vec![0.0; mean.len()], mean }, format!("exact value {value}"), None)
-            }
-            ReferencePlan::Image { path, reference } => (reference.clone(), format!("image {}", path.display()), None),
-            ReferencePlan::Rendered { estimator, name, spp, replicates } => {
-                let (reference, seconds) = self.render_reference(scene, &**estimator, *spp, *replicates)?;
-                (reference, format!("{name}: {replicates} replicates of {spp} {}", estimator.abscissa()), Some(seconds))
-            }
-        };
-        let n = reference.mean.len() as f64;
-        let share = self.plan.metrics[0].reference_share(&reference.mean, &reference.variance);
-        let image = match shape.channels {
-            3 => Some(reference_image(&reference, &scene.name, shape, folder)?),
-            _ => None,
-        };
-        let described = ReferenceResult {
-            description,
-            mean: reference.mean.iter().sum::<f64>() / n,
-            variance: share,
-            seconds,
-            image,
-        };
-        Ok((reference, described))
-    }
-
-    /// Mean and variance of the mean over independent replicates.
-    fn render_reference(
-        &mut self,
-        scene: &PlannedScene<'_>,
-        estimator: &dyn Estimator,
-        spp: u64,
-        replicates: u32,
-    ) -> Result<(Reference, f64)> {
-        let strategy = crate::sampling::strategy::Preset::Sobol.strategy();
-        let mut moments = vec![Moments::default(); estimator.shape().values()];
-        let mut seconds = 0.0;
-        for replicate in 0..replicates {
-            self.bar.set_message(format!("{} · reference", scene.name));
-            let mut track = self.track(estimator, &strategy, Role::Reference, replicate);
-            let found = self.advance(&mut track, spp)?;
-            for (m, &x) in moments.iter_mut().zip(&found.mean) {
-                m.push(x, u64::from(replicate));
-            }
-            seconds += found.seconds;
-        }
-        let r = f64::from(replicates);
-        let variance = moments.iter().map(|m| m.sample_variance().unwrap_or(f64::NAN) / r).collect();
-        Ok((Reference { mean: moments.iter().map(|m| m.mean).collect(), variance }, seconds))
-    }
-
     fn analyse(&mut self, c: &Contender<'_>, settings: &Settings<'_>, reference: &Reference) -> Result<Analysed> {
         let subject = Subject {
             name: c.name.clone(),
@@ -380,46 +326,6 @@ impl Runner<'_> {
         found.ok_or_else(|| Error::damaged(&self.cells, format!("the cell of {} at N = {n} has vanished", c.name)))
     }
 
-    /// Writes the final image over all replicates, and with `log = "pixels"` those of every checkpoint and replicate.
-    fn images(&self, a: &mut Analysed, c: &Contender<'_>, scene: &PlannedScene<'_>, folder: &Path) -> Result<()> {
-        let shape = c.estimator.shape();
-        if shape.channels != 3 {
-            return Ok(());
-        }
-        let relative = format!("images/{}/{}", file_name(&scene.name), file_name(&c.name));
-        let last = *self.plan.checkpoints.last().expect("a plan has checkpoints");
-        let hash = |n| self.folder(&self.track(&*c.estimator, &c.strategy, Role::Run, 0), n).hash();
-        let about = |n: u64, replicates: u64, seconds: f64| Attributes {
-            samples_per_pixel: n * replicates,
-            render_time_seconds: seconds,
-            seed: self.plan.seed,
-            strategy: c.name.clone(),
-            cell_hash: hash(n),
-            definitions: Vec::new(),
-        };
-        let all = format!("{relative}/all-{last}.exr");
-        let seconds = a.result.checkpoints.last().map_or(0.0, |k| k.seconds.iter().sum());
-        let replicates = u64::from(self.plan.replicates);
-        let layers = layers::statistics(shape, &a.mean, &a.sample_variance, &a.std_error, last * replicates);
-        write_exr(&folder.join(&all), &layers, &about(last, replicates, seconds))?;
-        a.result.image = Some(all);
-        if self.plan.log_pixels {
-            for &n in &self.plan.checkpoints {
-                for replicate in 0..self.plan.replicates {
-                    let k = self.stored(c, replicate, n)?;
-                    let std_error: Vec<f64> = match c.estimator.dependence() {
-                        Dependence::Independent => k.variance.iter().map(|v| (v / n as f64).sqrt()).collect(),
-                        _ => Vec::new(),
-                    };
-                    let layers = layers::statistics(shape, &k.mean, &k.variance, &std_error, n);
-                    let path = folder.join(format!("{relative}/{replicate}-{n}.exr"));
-                    write_exr(&path, &layers, &about(n, 1, k.seconds))?;
-                }
-            }
-        }
-        Ok(())
-    }
-
     fn warn_of(&mut self, scene: &str, strategies: &[StrategyResult]) {
         for s in strategies.iter().filter(|s| s.non_finite.count > 0) {
             let (replicate, pixel, sample) = s.non_finite.first.first().copied().unwrap_or_default();
@@ -430,22 +336,6 @@ impl Runner<'_> {
             ));
         }
     }
-}
-
-/// A name that is safe as one part of a path.
-pub(crate) fn file_name(name: &str) -> String {
-    let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
-    let name: String = name.chars().map(safe).collect();
-    if name.trim_matches('.').is_empty() { "unnamed".into() } else { name }
-}
-
-/// Writes the reference as an image and returns its path relative to the folder.
-fn reference_image(reference: &Reference, scene: &str, shape: Shape, folder: &Path) -> Result<String> {
-    let relative = format!("images/{}/reference.exr", file_name(scene));
-    let std_error: Vec<f64> = reference.variance.iter().map(|v| v.sqrt()).collect();
-    let layers = layers::statistics(shape, &reference.mean, &[], &std_error, 0);
-    write_exr(&folder.join(&relative), &layers, &Attributes::default())?;
-    Ok(relative)
 }
 
 /// Samples that a scene will take, over all strategies, replicates and its reference.

@@ -69,7 +69,8 @@ pub(super) fn read(text: &str, path: &Path, parameters: &[(String, String)]) -> 
         let known: Vec<_> = reader.parameters.iter().filter(|p| p.known).map(|p| p.name.as_str()).collect();
         let hint = suggestion(&unknown.name, known.iter().copied());
         let hint = hint.map_or(String::new(), |s| format!("; did you mean `{s}`?"));
-        let message = format!("the scene has no parameter `{}`{hint} (it has: {})", unknown.name, known.join(", "));
+        let all = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        let message = format!("the scene has no parameter `{}`{hint} (it has: {all})", unknown.name);
         return Err(Error::input(Place::file(path), message));
     }
     Ok(reader.tree)

@@ -1,0 +1,74 @@
+//! The images that a run leaves.
+
+use super::{Contender, PlannedScene, Runner};
+use crate::analysis::scene::{Analysed, Reference};
+use crate::error::Result;
+use crate::estimator::Shape;
+use crate::record::image::{Attributes, write_exr};
+use crate::record::{Dependence, layers};
+use crate::sampling::Role;
+use std::path::Path;
+
+impl Runner<'_> {
+    /// Writes the final image over all replicates, and with `log = "pixels"` those of every checkpoint and replicate.
+    pub(super) fn images(
+        &self,
+        a: &mut Analysed,
+        c: &Contender<'_>,
+        scene: &PlannedScene<'_>,
+        folder: &Path,
+    ) -> Result<()> {
+        let shape = c.estimator.shape();
+        if shape.channels != 3 {
+            return Ok(());
+        }
+        let relative = format!("images/{}/{}", file_name(&scene.name), file_name(&c.name));
+        let last = *self.plan.checkpoints.last().expect("a plan has checkpoints");
+        let hash = |n| self.folder(&self.track(&*c.estimator, &c.strategy, Role::Run, 0), n).hash();
+        let about = |n: u64, replicates: u64, seconds: f64| Attributes {
+            samples_per_pixel: n * replicates,
+            render_time_seconds: seconds,
+            seed: self.plan.seed,
+            strategy: c.name.clone(),
+            cell_hash: hash(n),
+            definitions: Vec::new(),
+        };
+        let all = format!("{relative}/all-{last}.exr");
+        let seconds = a.result.checkpoints.last().map_or(0.0, |k| k.seconds.iter().sum());
+        let replicates = u64::from(self.plan.replicates);
+        let layers = layers::statistics(shape, &a.mean, &a.sample_variance, &a.std_error, last * replicates);
+        write_exr(&folder.join(&all), &layers, &about(last, replicates, seconds))?;
+        a.result.image = Some(all);
+        if self.plan.log_pixels {
+            for &n in &self.plan.checkpoints {
+                for replicate in 0..self.plan.replicates {
+                    let k = self.stored(c, replicate, n)?;
+                    let std_error: Vec<f64> = match c.estimator.dependence() {
+                        Dependence::Independent => k.variance.iter().map(|v| (v / n as f64).sqrt()).collect(),
+                        _ => Vec::new(),
+                    };
+                    let layers = layers::statistics(shape, &k.mean, &k.variance, &std_error, n);
+                    let path = folder.join(format!("{relative}/{replicate}-{n}.exr"));
+                    write_exr(&path, &layers, &about(n, 1, k.seconds))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes the reference as an image and returns its path relative to the folder.
+pub(super) fn reference_image(reference: &Reference, scene: &str, shape: Shape, folder: &Path) -> Result<String> {
+    let relative = format!("images/{}/reference.exr", file_name(scene));
+    let std_error: Vec<f64> = reference.variance.iter().map(|v| v.sqrt()).collect();
+    let layers = layers::statistics(shape, &reference.mean, &[], &std_error, 0);
+    write_exr(&folder.join(&relative), &layers, &Attributes::default())?;
+    Ok(relative)
+}
+
+/// A name that is safe as one part of a path.
+pub(crate) fn file_name(name: &str) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
+    let name: String = name.chars().map(safe).collect();
+    if name.trim_matches('.').is_empty() { "unnamed".into() } else { name }
+}
