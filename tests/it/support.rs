@@ -23,8 +23,8 @@ const CELLS: &[(&str, usize)] = &[
     ("spheres", 9),
     ("disks and cylinders", 6),
     ("environments", 1),
-    ("agreement", 48),
-    ("closed forms", 200),
+    ("agreement", 50),
+    ("closed forms", 245),
 ];
 
 /// Significance level of one cell of the named test.
