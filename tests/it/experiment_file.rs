@@ -260,7 +260,8 @@ fn reference_images_that_do_not_fit() {
     assert_eq!(said(), Ok(()));
     write(4, 4, &[("", 3, 1.0), ("stderr", 3, 0.1)]);
     assert_eq!(said(), Ok(()));
-    let cases: [(usize, usize, &[(&str, usize, f32)], &str); 7] = [
+    type Layer = (&'static str, usize, f32);
+    let cases: [(usize, usize, &[Layer], &str); 7] = [
         (5, 4, &[("", 3, 1.0), ("std_error", 3, 0.1)], "5 × 4 pixels; the film has 4 × 4"),
         (4, 3, &[("", 3, 1.0), ("std_error", 3, 0.1)], "4 × 3 pixels"),
         (4, 4, &[("", 3, 1.0)], "must say how certain it is"),

@@ -184,7 +184,7 @@ fn what_changes_samples_is_computed_again() {
     for (from, to) in [
         ("0.62, 0.06, 0.05", "0.62, 0.06, 0.06"),
         ("17, 12, 4", "17, 12, 4.001"),
-        ("value=\"39.3\"", "value=\"39.4\""),
+        ("value=\"37.5\"", "value=\"37.6\""),
         ("0, 1, 3.9", "0, 1, 3.8"),
         ("angle=\"-17\"", "angle=\"-18\""),
         ("type=\"box\"", "type=\"gaussian\""),

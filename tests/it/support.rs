@@ -30,8 +30,8 @@ const CELLS: &[(&str, usize)] = &[
     ("order of independent samples", 15),
     ("orders of spread points", 8),
     ("rare values", 1),
-    ("agreement", 48),
-    ("closed forms", 200),
+    ("agreement", 50),
+    ("closed forms", 245),
 ];
 
 /// Significance level of one cell of the named test.
