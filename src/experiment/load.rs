@@ -41,7 +41,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<(Experiment, String)> {
         // Where the file itself is wrong, its line helps more.
         Err(e) => {
             let text_of = e.to_string();
-            let key = text_of.lines().find(|l| l.starts_with("in `")).map(|l| format!(" {l}")).unwrap_or_default();
+            let key = text_of.lines().find(|l| l.starts_with("in `")).map(|l| format!(" ({l})")).unwrap_or_default();
             let mistaken = || Error::Usage(format!("--set: {}{key}", said(&e)));
             return Err(parse(path, &text).err().unwrap_or_else(mistaken));
         }

@@ -159,12 +159,11 @@ fn metrics(record: &Record, scene: &SceneResult) -> Grid {
 /// Variance over the first strategy's, with the spread over pixels.
 fn ratios(scene: &SceneResult) -> Grid {
     let row = |s: &StrategyResult| {
-        let ratio = s.variance_ratio?;
-        let quantiles = ratio.quantiles.map_or_else(|| vec!["–".into(); 5], |q| q.map(|v| significant(v, 3)).to_vec());
-        let mut row =
-            vec![plain(&s.name), format_interval(&s.relative_variance, ""), format_interval(&ratio.ratio, "")];
-        row.extend(quantiles);
-        Some(row)
+        let quantiles = s.variance_ratio.and_then(|r| r.quantiles).map(|q| q.map(|v| significant(v, 3)).to_vec());
+        let ratio = s.variance_ratio.map_or_else(|| "–".into(), |r| format_interval(&r.ratio, ""));
+        let mut row = vec![plain(&s.name), format_interval(&s.relative_variance, ""), ratio];
+        row.extend(quantiles.unwrap_or_else(|| vec!["–".into(); 5]));
+        row
     };
     let mut caption =
         "Relative variance of one sample, its ratio to the first strategy's, and quantiles of that ratio over \
@@ -177,7 +176,7 @@ fn ratios(scene: &SceneResult) -> Grid {
         );
     }
     let columns = ["relative variance", "ratio", "5 %", "25 %", "50 %", "75 %", "95 %"];
-    grid("Variance", &caption, &columns, scene.strategies.iter().filter_map(row))
+    grid("Variance", &caption, &columns, scene.strategies.iter().map(row))
 }
 
 /// What each wanted error costs.

@@ -43,7 +43,7 @@ pub(super) fn scene_table(record: &Record, scene: &SceneResult) -> SceneTable {
             plain(&strategy.name),
             error_cell(&headline, strategy, spp),
             strategy.slope.as_ref().map_or_else(|| NONE.into(), |s| format_interval(&s.slope, "")),
-            format_half_width(&scaled(&strategy.seconds_per_sample, 1e6)),
+            format_interval(&scaled(&strategy.seconds_per_sample, 1e6), ""),
         ];
         row.extend(target.map(|t| cost_cell(strategy, t)));
         row.push(match &strategy.efficiency_ratio {

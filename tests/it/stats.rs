@@ -188,6 +188,13 @@ fn intervals_of_medians() {
         assert_eq!((i.lower, i.upper), (None, None), "{n} values cannot bound at {confidence}");
     }
     assert!(median_interval(&[], 0.95).estimate.is_nan());
+    // So many that ½ⁿ underflows: the normal approximation, n/2 ± 1.96·√n/2, is good to one rank.
+    let many: Vec<f64> = (1..=4000).map(f64::from).collect();
+    let i = median_interval(&many, 0.95);
+    assert!(
+        i.lower.is_some_and(|l| (l - 1938.5).abs() < 1.5) && i.upper.is_some_and(|u| (u - 2062.5).abs() < 1.5),
+        "{i:?}"
+    );
 }
 
 #[test]
