@@ -6,7 +6,8 @@ use super::simd::{Portable, Simd};
 use super::slab::{Slabs, WideSlabs};
 use super::tree::{Leaves, Tree};
 use super::triangle::{Packet, TriangleRay, bounds};
-use super::{Hit, Intersect, Ray};
+use super::surface::Surface;
+use super::{Hit, Intersect, Ray, SurfacePoint};
 use crate::Result;
 use crate::scene::Scene;
 
@@ -16,6 +17,8 @@ pub struct Bvh {
     triangles: Option<(Tree, Vec<Packet>)>,
     /// The tree's leaves are indices of quadrics.
     quadrics: Option<(Tree, Vec<BoundedQuadric>)>,
+    /// Of each triangle.
+    surfaces: Vec<Surface>,
     #[cfg(target_arch = "x86_64")]
     avx2: Option<super::simd::Avx2>,
 }
@@ -38,9 +41,19 @@ impl Bvh {
         Ok(Self {
             triangles: triangles.map(|tree| (tree, packets)),
             quadrics: quadrics.map(|tree| (tree, primitives.quadrics)),
+            surfaces: (0..scene.triangles.len() as u32).map(|t| Surface::new(scene, t)).collect(),
             #[cfg(target_arch = "x86_64")]
             avx2: super::simd::Avx2::detect(),
         })
+    }
+
+    /// [`Scene::surface_point`] from tables; `scene` must be the one that the BVH was built for.
+    #[inline(always)]
+    pub fn surface_point(&self, scene: &Scene, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        match self.surfaces.get(hit.primitive as usize) {
+            Some(surface) => surface.point(scene, hit),
+            None => scene.quadric_point(ray, hit, hit.primitive - self.surfaces.len() as u32),
+        }
     }
 
     /// [`Intersect::closest`] with a chosen instruction set, to be inlined into a caller compiled for it.

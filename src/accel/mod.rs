@@ -14,6 +14,9 @@ pub use surface::{Endpoint, leave, segment};
 
 use crate::math::Vec3;
 
+/// Stands for no primitive: ends of rays in free space or on curved surfaces.
+pub const NO_PRIMITIVE: u32 = u32::MAX;
+
 /// A ray or segment: points `origin + t·direction`, `0 <= t < t_max`. The direction need not be normalised.
 /// No smallest `t`: a ray that leaves a surface starts at an origin moved off it by the error bound of the hit point
 /// ([`crate::math::robust::offset_origin`]).
@@ -25,6 +28,18 @@ pub struct Ray {
     pub direction: Vec3,
     /// End of the segment, exclusive.
     pub t_max: f32,
+    /// Triangle that the ray starts on, as in [`Hit::primitive`]: it is flat, so the ray cannot hit it again.
+    pub from: u32,
+    /// Triangle that the segment ends on: it does not block the segment.
+    pub to: u32,
+}
+
+impl Ray {
+    /// A ray that starts and ends in free space.
+    #[inline(always)]
+    pub fn new(origin: Vec3, direction: Vec3, t_max: f32) -> Self {
+        Self { origin, direction, t_max, from: NO_PRIMITIVE, to: NO_PRIMITIVE }
+    }
 }
 
 /// The nearest intersection of a ray.
@@ -62,4 +77,6 @@ pub struct SurfacePoint {
     pub ns: Vec3,
     /// Index into [`crate::scene::Scene::shapes`].
     pub shape: u32,
+    /// The triangle it lies on, as in [`Hit::primitive`]; [`NO_PRIMITIVE`] on curved surfaces.
+    pub triangle: u32,
 }

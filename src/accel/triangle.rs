@@ -9,6 +9,7 @@
 //! - in front or behind, before or beyond `t_max`: where the box interval leaves no doubt, by it; else by the side of the
 //!   triangle's plane that origin (end) lies on, in f64. So a ray that starts off its surface by the error bound of the
 //!   hit point does not find that surface again, however grazing, and one that starts 1e-30 before a wall finds it.
+//! - never the triangle that the ray says it starts or ends on.
 
 use super::Ray;
 use super::simd::Simd;
@@ -148,9 +149,16 @@ impl Packet {
             weight = [s.load(&w[0]), s.load(&w[1]), s.load(&w[2])];
         }
         let (near, far) = slabs.triangles(s, &self.vertex);
-        lanes &= s.le(near, far) & s.le(near, s.splat(best));
+        lanes &= s.le(near, far) & s.le(near, s.splat(best)) & !self.ends(&ray.ray);
         let doubtful = lanes & (s.le(near, zero) | s.le(s.splat(ray.ray.t_max), far));
         (lanes != 0).then_some(Crossed { lanes, doubtful, weight, depth: [p[0][2], p[1][2], p[2][2]], near, far })
+    }
+
+    /// Lanes of the triangles that the ray starts and ends on.
+    #[inline(always)]
+    fn ends(&self, ray: &Ray) -> u32 {
+        let is_end = |&p: &u32| p == ray.from || p == ray.to;
+        self.primitive.iter().enumerate().fold(0, |lanes, (i, p)| lanes | u32::from(is_end(p)) << i)
     }
 
     /// Vertex `v` relative to the origin, sheared so that the ray is the z axis.

@@ -75,7 +75,7 @@ impl<'a> PathTracer<'a> {
         let y = (film.crop_offset[1] + draw.pixel / width) as f32 + 0.5 + offset.y;
         let (s, t) = (x / film.size[0] as f32, y / film.size[1] as f32);
         let direction = camera.corner + camera.across * s + camera.down * t;
-        Ray { origin: camera.origin + direction * camera.near, direction, t_max: camera.far - camera.near }
+        Ray::new(camera.origin + direction * camera.near, direction, camera.far - camera.near)
     }
 
     /// One sample of the radiance that reaches a pixel.
@@ -92,7 +92,7 @@ impl<'a> PathTracer<'a> {
                 total += self.escape(depth, ray.direction, beta, last, sink);
                 return total;
             };
-            let at = self.scene.surface_point(&ray, &hit);
+            let at = self.bvh.surface_point(self.scene, &ray, &hit);
             let wo = -ray.direction.normalize();
             total += self.emission(depth, &at, &hit, wo, beta, last, sink);
             if depth >= self.max_depth {
@@ -269,6 +269,6 @@ impl<'a> PathTracer<'a> {
 fn shadow_ray(at: &SurfacePoint, sample: &LightSample) -> Ray {
     match sample.to {
         LightTarget::Direction => leave(at, sample.wi),
-        LightTarget::Point(LightPoint { p, p_error, ng }) => segment(at, Endpoint { p, p_error, ng }),
+        LightTarget::Point(LightPoint { p, p_error, ng, triangle }) => segment(at, Endpoint { p, p_error, ng, triangle }),
     }
 }

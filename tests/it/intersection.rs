@@ -144,7 +144,7 @@ fn moved(triangles: &[[Vec3; 3]], scale: f32, offset: Vec3) -> Vec<[Vec3; 3]> {
 }
 
 fn forever(origin: Vec3, direction: Vec3) -> Ray {
-    Ray { origin, direction, t_max: f32::INFINITY }
+    Ray::new(origin, direction, f32::INFINITY)
 }
 
 /// A corner, a point of an edge, or an inner point of one of the triangles.

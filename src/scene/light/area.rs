@@ -4,7 +4,7 @@
 //! cylinders and spheres with inward normals are drawn by area in both cases.
 
 use super::super::{Geometry, Scene};
-use crate::accel::SurfacePoint;
+use crate::accel::{NO_PRIMITIVE, SurfacePoint};
 use crate::math::density::{Area, Discrete as Pmf, SolidAngle};
 use crate::math::spherical::{SphericalRectangle, SphericalTriangle, triangle_solid_angle};
 use crate::math::trig::sin_cos_turns;
@@ -24,6 +24,8 @@ pub struct LightPoint {
     pub p_error: Vec3,
     /// Unit normal of the emitting side; zero for point lights.
     pub ng: Vec3,
+    /// The triangle that it lies on, or [`NO_PRIMITIVE`].
+    pub triangle: u32,
 }
 
 /// Radiance that the surface emits at a point towards the unit vector `wo`: the shape's light, on the front side only.
@@ -49,8 +51,8 @@ impl Emitter {
     /// The emitter of a shape and its area; `None` where the area is 0.
     pub(super) fn new(scene: &Scene, geometry: &Geometry) -> Option<(Self, f64)> {
         let (emitter, area) = match *geometry {
-            Geometry::Rectangle { corner, edge_u, edge_v, .. } => {
-                let e = Parallelogram::new(corner, edge_u, edge_v);
+            Geometry::Rectangle { ref range, corner, edge_u, edge_v } => {
+                let e = Parallelogram::new(range.start, corner, edge_u, edge_v);
                 let area = f64::from(e.normal.length());
                 (Self::Parallelogram(e), area)
             }
@@ -99,14 +101,14 @@ impl Emitter {
             &Self::Disk { center, u: du, v: dv, ng, density } => {
                 let d = warp::sample_uniform_disk(u);
                 let (a, b) = (d.x * du, d.y * dv);
-                (LightPoint { p: center + a + b, p_error: 4.0 * ULP * (center.abs() + a.abs() + b.abs()), ng }, density)
+                (LightPoint { p: center + a + b, p_error: 4.0 * ULP * (center.abs() + a.abs() + b.abs()), ng, triangle: NO_PRIMITIVE }, density)
             }
             &Self::Cylinder { p0, axis, frame, radius, flip, density } => {
                 let (s, c) = sin_cos_turns(u[1]);
                 let n = frame.s * c + frame.t * s;
                 let (a, b) = (u[0] * axis, radius * n);
                 let p_error = 8.0 * ULP * (p0.abs() + a.abs() + Vec3::splat(radius));
-                (LightPoint { p: p0 + a + b, p_error, ng: if flip { -n } else { n } }, density)
+                (LightPoint { p: p0 + a + b, p_error, ng: if flip { -n } else { n }, triangle: NO_PRIMITIVE }, density)
             }
         };
         let to = at.p - p;
@@ -146,13 +148,15 @@ fn seen(density: Area, to: Vec3, wi: Vec3, ng: Vec3) -> Option<SolidAngle> {
 
 /// A point given by a corner and multiples of two edges.
 #[inline(always)]
-fn planar(corner: Vec3, s: Vec3, t: Vec3, ng: Vec3) -> LightPoint {
+fn planar(corner: Vec3, s: Vec3, t: Vec3, ng: Vec3, triangle: u32) -> LightPoint {
     // Two products, two sums and the rounding of the edges.
-    LightPoint { p: corner + s + t, p_error: 5.0 * ULP * (corner.abs() + s.abs() + t.abs()), ng }
+    LightPoint { p: corner + s + t, p_error: 5.0 * ULP * (corner.abs() + s.abs() + t.abs()), ng, triangle }
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Parallelogram {
+    /// The scene's index of the triangle below the diagonal from the corner, on the side of `u`; the other half comes next.
+    start: u32,
     corner: Vec3,
     u: Vec3,
     v: Vec3,
@@ -165,7 +169,7 @@ pub(super) struct Parallelogram {
 }
 
 impl Parallelogram {
-    fn new(corner: Vec3, u: Vec3, v: Vec3) -> Self {
+    fn new(start: u32, corner: Vec3, u: Vec3, v: Vec3) -> Self {
         let normal = u.cross(v);
         let (lu, lv) = (u.length(), v.length());
         let (x, y) = (u / lu, v / lv);
@@ -173,12 +177,12 @@ impl Parallelogram {
         let rectangular = x.dot(y).abs() < 16.0 * ULP;
         let density = Area(1.0 / normal.length());
         let sides = rectangular.then_some([(x, lu), (y, lv)]);
-        Self { corner, u, v, normal, ng: normal.normalize(), density, sides }
+        Self { start, corner, u, v, normal, ng: normal.normalize(), density, sides }
     }
 
     #[inline(always)]
     fn at(&self, st: [f32; 2]) -> LightPoint {
-        planar(self.corner, st[0] * self.u, st[1] * self.v, self.ng)
+        planar(self.corner, st[0] * self.u, st[1] * self.v, self.ng, self.start + u32::from(st[0] < st[1]))
     }
 
     /// Solid angle of the two halves seen from `p`; the first is cut off by the diagonal from the corner, on the side of `u`.
@@ -259,17 +263,18 @@ impl MeshEmitter {
         let triangle = self.triangles[self.choice.pick(part)];
         let (a, eb, ec, normal) = Self::edges(scene, triangle);
         let [b, c] = warp::sample_uniform_triangle(u);
-        (planar(a, b * eb, c * ec, normal.normalize()), self.density(triangle))
+        (planar(a, b * eb, c * ec, normal.normalize(), triangle), self.density(triangle))
     }
 
     #[inline(always)]
     fn sample_solid_angle(&self, scene: &Scene, p: Vec3, u: [f32; 2], part: u32) -> Option<(LightPoint, SolidAngle)> {
         let i = self.choice.pick(part);
-        let (a, eb, ec, normal) = Self::edges(scene, self.triangles[i]);
+        let triangle = self.triangles[i];
+        let (a, eb, ec, normal) = Self::edges(scene, triangle);
         let t = SphericalTriangle::new(a - p, eb, ec, normal)?;
         let [b, c] = t.sample(u);
         let pdf = SolidAngle(1.0 / t.solid_angle) * Pmf(self.choice.pmf(i));
-        Some((planar(a, b * eb, c * ec, normal.normalize()), pdf))
+        Some((planar(a, b * eb, c * ec, normal.normalize(), triangle), pdf))
     }
 
     #[inline(always)]
@@ -289,7 +294,7 @@ fn sphere_density(radius: f32) -> Area {
 fn on_sphere(center: Vec3, radius: f32, n: Vec3, flip: bool) -> LightPoint {
     // |n| errs by a few units, too.
     let p_error = 8.0 * ULP * (center.abs() + Vec3::splat(radius));
-    LightPoint { p: center + radius * n, p_error, ng: if flip { -n } else { n } }
+    LightPoint { p: center + radius * n, p_error, ng: if flip { -n } else { n }, triangle: NO_PRIMITIVE }
 }
 
 /// 1 − cos θmax of the cone around a sphere; `None` from inside and on the sphere, where its front cannot be seen.
