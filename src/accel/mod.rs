@@ -2,6 +2,7 @@
 
 pub mod brute;
 pub mod bvh;
+mod few;
 mod primitives;
 mod quadric;
 pub mod simd;
@@ -12,7 +13,7 @@ mod triangle;
 
 pub use surface::{Endpoint, leave, segment};
 
-use crate::math::Vec3;
+use crate::math::{LANES, Vec3, Vec3Lanes};
 
 /// Stands for no primitive: ends of rays in free space or on curved surfaces.
 pub const NO_PRIMITIVE: u32 = u32::MAX;
@@ -39,6 +40,76 @@ impl Ray {
     #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3, t_max: f32) -> Self {
         Self { origin, direction, t_max, from: NO_PRIMITIVE, to: NO_PRIMITIVE }
+    }
+}
+
+/// Eight rays side by side.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rays {
+    /// See [`Ray::origin`].
+    pub origin: Vec3Lanes,
+    /// See [`Ray::direction`].
+    pub direction: Vec3Lanes,
+    /// See [`Ray::t_max`].
+    pub t_max: [f32; LANES],
+    /// See [`Ray::from`].
+    pub from: [u32; LANES],
+    /// See [`Ray::to`].
+    pub to: [u32; LANES],
+}
+
+impl Rays {
+    /// The ray of a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Ray {
+        Ray {
+            origin: self.origin.get(lane),
+            direction: self.direction.get(lane),
+            t_max: self.t_max[lane],
+            from: self.from[lane],
+            to: self.to[lane],
+        }
+    }
+
+    /// Replaces the ray of a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, ray: Ray) {
+        self.origin.set(lane, ray.origin);
+        self.direction.set(lane, ray.direction);
+        self.t_max[lane] = ray.t_max;
+        self.from[lane] = ray.from;
+        self.to[lane] = ray.to;
+    }
+}
+
+/// The nearest intersections of eight rays: see [`Hit`].
+#[derive(Clone, Copy, Debug)]
+pub struct Hits {
+    /// Distances.
+    pub t: [f32; LANES],
+    /// Primitives; [`NO_PRIMITIVE`] where nothing was hit.
+    pub primitive: [u32; LANES],
+    /// Weights of vertex 1.
+    pub u: [f32; LANES],
+    /// Weights of vertex 2.
+    pub v: [f32; LANES],
+}
+
+impl Hits {
+    /// No hits.
+    pub const NONE: Self =
+        Self { t: [f32::INFINITY; LANES], primitive: [NO_PRIMITIVE; LANES], u: [0.0; LANES], v: [0.0; LANES] };
+
+    /// The hit of a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Option<Hit> {
+        let hit = Hit { t: self.t[lane], primitive: self.primitive[lane], u: self.u[lane], v: self.v[lane] };
+        (hit.primitive != NO_PRIMITIVE).then_some(hit)
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, hit: Hit) {
+        (self.t[lane], self.primitive[lane], self.u[lane], self.v[lane]) = (hit.t, hit.primitive, hit.u, hit.v);
     }
 }
 

@@ -5,9 +5,9 @@
 //! the far planes, so that the test costs no more than an exact one. All steps are monotonic in the planes; hence the
 //! interval of a box contains that of every box inside it, bit for bit.
 
-use super::Ray;
+use super::{Ray, Rays};
 use super::simd::Simd;
-use crate::math::Vec3;
+use crate::math::{LANES, Vec3};
 use crate::math::robust::UNIT_ROUNDOFF;
 
 /// An axis-aligned box.
@@ -48,7 +48,11 @@ impl Slabs {
         let reach = (scene.lo - ray.origin).abs().max((scene.hi - ray.origin).abs()).to_array();
         let rcp = d.map(|d| 1.0 / d);
         let z = longest_axis(ray.direction);
-        let slope = rcp[z].abs() * reach[z];
+        let slope = match z {
+            0 => rcp[0].abs() * reach[0],
+            1 => rcp[1].abs() * reach[1],
+            _ => rcp[2].abs() * reach[2],
+        };
         // Shear error: 2u|v−o| + 5u|d/dz|·|vz−oz|; the last term covers the rounding of o ± pad.
         let pad: [f32; 3] = std::array::from_fn(|a| {
             let error = UNIT_ROUNDOFF * (4.0 * reach[a] + 8.0 * d[a].abs() * slope + 2.0 * o[a].abs());
@@ -85,10 +89,47 @@ pub(crate) struct WideSlabs<S: Simd> {
     far_origin: [S::F; 3],
     near_rcp: [S::F; 3],
     far_rcp: [S::F; 3],
+    /// 1 or 0 where the lanes belong to one ray, else a bit for each lane.
     negative: [usize; 3],
 }
 
 impl<S: Simd> WideSlabs<S> {
+    /// Of eight rays, for [`Self::one_box`].
+    #[inline(always)]
+    pub(crate) fn of_rays(s: S, rays: &Rays, scene: &Bounds) -> Self {
+        let mut constants = [[[0.0; LANES]; 3]; 4];
+        let mut negative = [0; 3];
+        for lane in 0..LANES {
+            let slabs = Slabs::new(&rays.get(lane), scene);
+            for axis in 0..3 {
+                constants[0][axis][lane] = slabs.near_origin[axis];
+                constants[1][axis][lane] = slabs.far_origin[axis];
+                constants[2][axis][lane] = slabs.near_rcp[axis];
+                constants[3][axis][lane] = slabs.far_rcp[axis];
+            }
+        }
+        for (axis, negative) in negative.iter_mut().enumerate() {
+            let d = [&rays.direction.x, &rays.direction.y, &rays.direction.z][axis];
+            *negative = (0..LANES).fold(0, |bits, lane| bits | usize::from(d[lane].is_sign_negative()) << lane);
+        }
+        let [near_origin, far_origin, near_rcp, far_rcp] =
+            constants.map(|c| [s.load(&c[0]), s.load(&c[1]), s.load(&c[2])]);
+        Self { near_origin, far_origin, near_rcp, far_rcp, negative }
+    }
+
+    /// Near (not below 0) and far distances of one box for eight rays: lanes have the bits of [`Slabs::interval`].
+    #[inline(always)]
+    pub(crate) fn one_box(&self, s: S, bounds: &Bounds) -> (S::F, S::F) {
+        let (mut near, mut far) = (s.splat(0.0), s.splat(f32::INFINITY));
+        for axis in 0..3 {
+            let (lower, upper) = (s.splat(bounds.lo[axis]), s.splat(bounds.hi[axis]));
+            let negative = self.negative[axis] as u32;
+            let (entry, exit) = (s.select(negative, upper, lower), s.select(negative, lower, upper));
+            (near, far) = self.clip(s, axis, entry, exit, near, far);
+        }
+        (near, far)
+    }
+
     #[inline(always)]
     pub(crate) fn new(s: S, slabs: &Slabs) -> Self {
         Self {
@@ -100,6 +141,14 @@ impl<S: Simd> WideSlabs<S> {
         }
     }
 
+    /// The part of [near, far] between two planes.
+    #[inline(always)]
+    fn clip(&self, s: S, axis: usize, entry: S::F, exit: S::F, near: S::F, far: S::F) -> (S::F, S::F) {
+        let t0 = s.mul(s.sub(entry, self.near_origin[axis]), self.near_rcp[axis]);
+        let t1 = s.mul(s.sub(exit, self.far_origin[axis]), self.far_rcp[axis]);
+        (s.max(t0, near), s.min(t1, far))
+    }
+
     /// Near (not below 0) and far (not above `limit`) distances of eight boxes, planes as `[axis][lower, upper]`.
     /// A NaN (0·∞: origin on a plane that the ray is parallel to) is ignored by the order of the min/max operands.
     #[inline(always)]
@@ -107,10 +156,8 @@ impl<S: Simd> WideSlabs<S> {
         let (mut near, mut far) = (s.splat(0.0), s.splat(limit));
         for (axis, planes) in planes.iter().enumerate() {
             let negative = self.negative[axis];
-            let t0 = s.mul(s.sub(s.load(&planes[negative]), self.near_origin[axis]), self.near_rcp[axis]);
-            let t1 = s.mul(s.sub(s.load(&planes[1 - negative]), self.far_origin[axis]), self.far_rcp[axis]);
-            near = s.max(t0, near);
-            far = s.min(t1, far);
+            let (entry, exit) = (s.load(&planes[negative]), s.load(&planes[1 - negative]));
+            (near, far) = self.clip(s, axis, entry, exit, near, far);
         }
         (near, far)
     }
@@ -124,8 +171,7 @@ impl<S: Simd> WideSlabs<S> {
             let (a, b, c) = (s.load(a), s.load(b), s.load(c));
             let (lower, upper) = (s.min(s.min(a, b), c), s.max(s.max(a, b), c));
             let (entry, exit) = if self.negative[axis] == 1 { (upper, lower) } else { (lower, upper) };
-            near = s.max(s.mul(s.sub(entry, self.near_origin[axis]), self.near_rcp[axis]), near);
-            far = s.min(s.mul(s.sub(exit, self.far_origin[axis]), self.far_rcp[axis]), far);
+            (near, far) = self.clip(s, axis, entry, exit, near, far);
         }
         (near, far)
     }
@@ -138,7 +184,7 @@ fn splat3<S: Simd>(s: S, x: [f32; 3]) -> [S::F; 3] {
 
 /// Axis of the largest direction component.
 #[inline(always)]
-pub(crate) fn longest_axis(d: Vec3) -> usize {
+pub(crate) fn longest_axis(d: Vec3) -> u32 {
     let d = d.abs();
     if d.x >= d.y {
         if d.x >= d.z { 0 } else { 2 }

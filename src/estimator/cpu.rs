@@ -9,7 +9,7 @@ use crate::record::Dependence;
 use crate::sampling::{Draw, Strategy};
 use crate::scene::Scene;
 use crate::scene::light::LightSampler;
-use crate::transport::{NoSink, PathTracer, Sink};
+use crate::transport::{NoSink, PathTracer, Sink, WAVE};
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -124,8 +124,9 @@ impl Estimator for CpuEstimator {
 /// Fills a block of samples of one pixel.
 #[inline(always)]
 fn block<V: Simd>(simd: V, tracer: &PathTracer<'_>, draw: Draw, samples: Range<u64>, out: &mut [f64]) {
-    for (sample, out) in samples.zip(out.chunks_exact_mut(3)) {
-        let c = tracer.sample(simd, &Draw { sample, ..draw }, &mut NoSink);
+    let mut radiance = [Rgb::ZERO; WAVE];
+    tracer.wave(simd, &draw, samples, &mut NoSink, &mut radiance);
+    for (out, c) in out.chunks_exact_mut(3).zip(radiance) {
         out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod density;
 pub mod frame;
+pub mod lanes;
 pub mod rgb;
 pub mod robust;
 pub mod spherical;
@@ -9,5 +10,6 @@ pub mod trig;
 pub mod warp;
 
 pub use frame::Frame;
+pub use lanes::{LANES, Vec3Lanes};
 pub use glam::{Affine3A, Mat4, Vec2, Vec3};
 pub use rgb::Rgb;

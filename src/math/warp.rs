@@ -55,15 +55,12 @@ pub fn invert_uniform_sphere(v: Vec3) -> [f32; 2] {
 #[inline(always)]
 fn concentric(u: [f32; 2]) -> (Vec2, f32) {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    if a.abs() > b.abs() {
-        let (s, c) = sin_cos_eighth(0.125 * (b / a));
-        (Vec2::new(a * c, a * s), a.abs())
-    } else if b != 0.0 {
-        let (s, c) = sin_cos_eighth(0.125 * (a / b));
-        (Vec2::new(b * s, b * c), b.abs())
-    } else {
-        (Vec2::ZERO, 0.0)
-    }
+    // Without branches: they would be unpredictable, and vector code has none.
+    let wide = a.abs() > b.abs();
+    let (r, other) = if wide { (a, b) } else { (b, a) };
+    let (s, c) = sin_cos_eighth(0.125 * (if r == 0.0 { 0.0 } else { other / r }));
+    let (along, across) = (r * c, r * s);
+    (if wide { Vec2::new(along, across) } else { Vec2::new(across, along) }, r.abs())
 }
 
 /// Uniform point of the unit disk.

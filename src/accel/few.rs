@@ -1,0 +1,204 @@
+//! Few triangles against eight rays at once: each shared vertex is sheared once for all rays, every triangle is tested
+//! without a branch, and only the crossed ones are looked at again. For scenes that fit into the cache next to their rays
+//! this beats a tree, whose branches are unpredictable for scattered rays. Same arithmetic, same bits as [`super::bvh`].
+
+use super::simd::Simd;
+use super::slab::{Bounds, WideSlabs};
+use super::triangle::{
+    Crossing, Shear, WideShear, bounds, decide, distance, reach, settle_ends, within,
+};
+use super::{Hits, NO_PRIMITIVE, Rays};
+use crate::math::{LANES, Vec3};
+use std::collections::HashMap;
+use std::mem::MaybeUninit;
+
+/// Most triangles.
+const FEW: usize = 64;
+
+/// Most distinct vertices.
+const VERTICES: usize = 128;
+
+/// All triangles of a small scene.
+pub(super) struct Few {
+    /// Distinct positions, x y z 0.
+    vertices: Vec<[f32; 4]>,
+    /// By primitive index.
+    triangles: Vec<FewTriangle>,
+    bounds: Bounds,
+}
+
+struct FewTriangle {
+    /// Indices into [`Few::vertices`].
+    corners: [u8; 3],
+    bounds: Bounds,
+    positions: [Vec3; 3],
+}
+
+/// Sheared vertices of all triangles for eight rays.
+type Sheared<S> = [MaybeUninit<[<S as Simd>::F; 3]>; VERTICES];
+
+/// Per-ray constants of eight rays.
+struct EightRays<S: Simd> {
+    axes: [S::I; 3],
+    shear: WideShear<S>,
+    reach: S::F,
+    t_max: S::F,
+}
+
+impl<S: Simd> EightRays<S> {
+    #[inline(always)]
+    fn new(s: S, rays: &Rays) -> Self {
+        let mut axes = [[0; LANES]; 3];
+        let mut origin = [[0.0; LANES]; 3];
+        let mut shear = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            let one = Shear::new(&rays.get(lane));
+            for a in 0..3 {
+                axes[a][lane] = one.axes[a];
+                origin[a][lane] = one.origin[a];
+                shear[a][lane] = one.shear[a];
+            }
+        }
+        let load = |x: [[f32; LANES]; 3]| [s.load(&x[0]), s.load(&x[1]), s.load(&x[2])];
+        Self {
+            axes: [s.indices(&axes[0]), s.indices(&axes[1]), s.indices(&axes[2])],
+            shear: WideShear { origin: load(origin), shear: load(shear) },
+            reach: s.load(&rays.t_max.map(reach)),
+            t_max: s.load(&rays.t_max),
+        }
+    }
+}
+
+/// Crossed triangles: index and lanes.
+struct List {
+    entries: [(u8, u8); FEW + 1],
+    len: usize,
+}
+
+impl Few {
+    /// `None` where there are too many triangles, or none.
+    pub(super) fn new(triangles: &[[Vec3; 3]]) -> Option<Self> {
+        if triangles.is_empty() || triangles.len() > FEW {
+            return None;
+        }
+        let mut vertices = Vec::new();
+        let mut index = HashMap::new();
+        let items = triangles.iter().map(|t| {
+            let corners = t.map(|p| {
+                *index.entry(p.to_array().map(f32::to_bits)).or_insert_with(|| {
+                    vertices.push([p.x, p.y, p.z, 0.0]);
+                    (vertices.len() - 1) as u8
+                })
+            });
+            FewTriangle { corners, bounds: bounds(t), positions: *t }
+        });
+        let triangles: Vec<_> = items.collect();
+        let bounds = triangles.iter().map(|t| t.bounds).reduce(Bounds::union)?;
+        (vertices.len() <= VERTICES).then_some(Self { vertices, triangles, bounds })
+    }
+
+    /// The nearest hits; lanes that are not `live` may hold anything.
+    #[inline(always)]
+    pub(super) fn closest<S: Simd>(&self, s: S, rays: &Rays, live: u32) -> Hits {
+        let eight = EightRays::new(s, rays);
+        let slabs = WideSlabs::of_rays(s, rays, &self.bounds);
+        let mut sheared = [const { MaybeUninit::uninit() }; VERTICES];
+        let list = self.crossed(s, &eight, live, &mut sheared);
+        let mut best = s.load(&rays.t_max.map(f32::next_down));
+        let (mut found, mut which) = (0, s.splat(0.0));
+        let (mut u, mut v) = (which, which);
+        for &(index, lanes) in &list.entries[..list.len] {
+            let triangle = &self.triangles[usize::from(index)];
+            let p = corners::<S>(triangle, &sheared);
+            let mut crossing = Crossing::new(s, &p);
+            crossing.settle(s, &p);
+            let (near, far) = slabs.one_box(s, &triangle.bounds);
+            let mut lanes = u32::from(lanes) & crossing.lanes & s.le(near, far) & !ends(rays, index);
+            let mut t = distance(s, &crossing.weight, &p, near, far);
+            let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(eight.t_max, far));
+            if doubtful != 0 {
+                (lanes, t) = settle_ends(s, lanes, doubtful, t, [near, far], |lane, rough| {
+                    decide(&rays.get(lane), triangle.positions, rough)
+                });
+            }
+            // Of equal distances the first in the scene's order stays.
+            lanes &= s.le(t, best) & !(found & s.eq(t, best));
+            let [b, c] = crossing.barycentric(s);
+            (best, which) = (s.select(lanes, t, best), s.select(lanes, s.splat(f32::from(index)), which));
+            (u, v) = (s.select(lanes, b, u), s.select(lanes, c, v));
+            found |= lanes;
+        }
+        let which = s.store(which);
+        let primitive =
+            std::array::from_fn(|lane| if found >> lane & 1 == 1 { which[lane] as u32 } else { NO_PRIMITIVE });
+        Hits { t: s.store(best), primitive, u: s.store(u), v: s.store(v) }
+    }
+
+    /// `live` lanes whose segment meets anything.
+    #[inline(always)]
+    pub(super) fn occluded<S: Simd>(&self, s: S, rays: &Rays, live: u32) -> u32 {
+        let eight = EightRays::new(s, rays);
+        let mut sheared = [const { MaybeUninit::uninit() }; VERTICES];
+        let list = self.crossed(s, &eight, live, &mut sheared);
+        if list.len == 0 {
+            return 0;
+        }
+        let slabs = WideSlabs::of_rays(s, rays, &self.bounds);
+        let last = s.load(&rays.t_max.map(f32::next_down));
+        let mut found = 0;
+        for &(index, lanes) in &list.entries[..list.len] {
+            let lanes = u32::from(lanes) & !found & !ends(rays, index);
+            if lanes == 0 {
+                continue;
+            }
+            let triangle = &self.triangles[usize::from(index)];
+            let p = corners::<S>(triangle, &sheared);
+            let mut crossing = Crossing::new(s, &p);
+            crossing.settle(s, &p);
+            let (near, far) = slabs.one_box(s, &triangle.bounds);
+            let lanes = lanes & crossing.lanes & s.le(near, far) & s.le(near, last);
+            let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(eight.t_max, far));
+            found |= lanes & !doubtful;
+            if doubtful != 0 {
+                let t = distance(s, &crossing.weight, &p, near, far);
+                found |= settle_ends(s, doubtful, doubtful, t, [near, far], |lane, rough| {
+                    decide(&rays.get(lane), triangle.positions, rough)
+                })
+                .0;
+            }
+        }
+        found
+    }
+
+    /// Triangles that the rays' lines cross, not wholly behind or beyond; and all sheared vertices.
+    #[inline(always)]
+    fn crossed<S: Simd>(&self, s: S, rays: &EightRays<S>, live: u32, sheared: &mut Sheared<S>) -> List {
+        for (vertex, sheared) in self.vertices.iter().zip(sheared.iter_mut()) {
+            let [x, y, z] = rays.axes;
+            let turned = [s.look_up(vertex, x), s.look_up(vertex, y), s.look_up(vertex, z)];
+            sheared.write(rays.shear.apply(s, turned));
+        }
+        let mut list = List { entries: [(0, 0); FEW + 1], len: 0 };
+        for (index, triangle) in self.triangles.iter().enumerate() {
+            let p = corners::<S>(triangle, sheared);
+            let lanes = Crossing::new(s, &p).lanes & within(s, &p, rays.reach) & live;
+            // Written in any case, counted where something is crossed.
+            list.entries[list.len] = (index as u8, lanes as u8);
+            list.len += usize::from(lanes != 0);
+        }
+        list
+    }
+}
+
+#[inline(always)]
+fn corners<S: Simd>(triangle: &FewTriangle, sheared: &Sheared<S>) -> [[S::F; 3]; 3] {
+    // SAFETY: the vertices that corners name were written by `Few::crossed`, whose array this is.
+    triangle.corners.map(|v| unsafe { sheared[usize::from(v)].assume_init() })
+}
+
+/// Lanes whose ray starts or ends on a triangle.
+#[inline(always)]
+fn ends(rays: &Rays, triangle: u8) -> u32 {
+    let triangle = u32::from(triangle);
+    (0..LANES).fold(0, |bits, i| bits | u32::from(rays.from[i] == triangle || rays.to[i] == triangle) << i)
+}

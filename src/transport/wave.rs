@@ -1,0 +1,230 @@
+//! Paths side by side: the samples of one pixel that advance together, in packets of eight lanes. What lanes without a live
+//! path hold is computed along and never kept.
+
+use crate::accel::{Endpoint, NO_PRIMITIVE, Rays, SurfacePoint};
+use crate::math::{LANES, Rgb, Vec3, Vec3Lanes};
+use crate::moments::BLOCK;
+use crate::scene::Material;
+use crate::scene::light::{LightSample, LightTarget};
+use std::ops::Range;
+
+/// Most samples of a wave.
+pub const WAVE: usize = BLOCK as usize;
+
+/// Eight paths between two vertices.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Paths {
+    /// Bit i: lane i holds a path that goes on.
+    pub(super) live: u32,
+    /// Which sample a lane traces.
+    pub(super) sample: [u64; LANES],
+    /// Where its radiance is put in the end.
+    slot: [u32; LANES],
+    pub(super) ray: Rays,
+    /// Unit vector against the ray.
+    pub(super) wo: Vec3Lanes,
+    /// Throughput.
+    pub(super) beta: Vec3Lanes,
+    /// Radiance so far.
+    pub(super) radiance: Vec3Lanes,
+    /// Where the ray's direction was drawn, and its density, sr⁻¹. Not for camera rays.
+    pub(super) p: Vec3Lanes,
+    pub(super) pdf: [f32; LANES],
+}
+
+impl Paths {
+    #[inline(always)]
+    pub(super) fn is_live(&self, lane: usize) -> bool {
+        self.live >> lane & 1 == 1
+    }
+
+    /// The path goes no further.
+    #[inline(always)]
+    pub(super) fn end(&mut self, lane: usize) {
+        self.live &= !(1 << lane);
+    }
+
+    #[inline(always)]
+    pub(super) fn add(&mut self, lane: usize, value: Rgb) {
+        self.radiance.set(lane, self.radiance.get(lane) + value);
+    }
+
+    fn copy_lane(&mut self, lane: usize, from: &Self, other: usize) {
+        self.sample[lane] = from.sample[other];
+        self.slot[lane] = from.slot[other];
+        self.ray.set(lane, from.ray.get(other));
+        self.wo.set(lane, from.wo.get(other));
+        self.beta.set(lane, from.beta.get(other));
+        self.radiance.set(lane, from.radiance.get(other));
+        self.p.set(lane, from.p.get(other));
+        self.pdf[lane] = from.pdf[other];
+    }
+}
+
+/// All paths of a wave, the live ones in front.
+pub(super) struct Wave {
+    packets: [Paths; WAVE / LANES],
+    /// Lanes in use.
+    len: usize,
+}
+
+impl Wave {
+    #[inline(always)]
+    pub(super) fn new(samples: Range<u64>) -> Self {
+        let len = (samples.end - samples.start) as usize;
+        assert!(len <= WAVE, "{len} samples in a wave");
+        let mut packets = [Paths::default(); WAVE / LANES];
+        for i in 0..len {
+            let (paths, lane) = (&mut packets[i / LANES], i % LANES);
+            paths.live |= 1 << lane;
+            paths.sample[lane] = samples.start + i as u64;
+            paths.slot[lane] = i as u32;
+        }
+        Self { packets, len }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    #[inline(always)]
+    pub(super) fn packets(&mut self) -> &mut [Paths] {
+        &mut self.packets[..self.len.div_ceil(LANES)]
+    }
+
+    /// Hands out the radiance of ended paths and fills their lanes from the back.
+    pub(super) fn retire(&mut self, radiance: &mut [Rgb]) {
+        let mut i = 0;
+        while i < self.len {
+            let (packet, lane) = (i / LANES, i % LANES);
+            let paths = &self.packets[packet];
+            if paths.is_live(lane) {
+                // The next lane that is not live.
+                i += ((!paths.live >> lane).trailing_zeros() as usize).min(LANES - lane);
+                continue;
+            }
+            radiance[paths.slot[lane] as usize] = paths.radiance.get(lane);
+            self.len -= 1;
+            let (last, other) = (self.len / LANES, self.len % LANES);
+            let from = self.packets[last];
+            self.packets[last].end(other);
+            if self.len > i {
+                let paths = &mut self.packets[packet];
+                paths.copy_lane(lane, &from, other);
+                paths.live |= (from.live >> other & 1) << lane;
+            }
+        }
+    }
+}
+
+/// The surfaces that eight paths have reached. Lanes without one are black.
+pub(super) struct Vertices {
+    pub(super) p: Vec3Lanes,
+    pub(super) p_error: Vec3Lanes,
+    pub(super) ng: Vec3Lanes,
+    /// Shading normals on the side that the path came from.
+    pub(super) normal: Vec3Lanes,
+    pub(super) triangle: [u32; LANES],
+    pub(super) material: [Material; LANES],
+}
+
+impl Vertices {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        let zero = Vec3Lanes::default();
+        Self {
+            p: zero,
+            p_error: zero,
+            ng: zero,
+            normal: zero,
+            triangle: [NO_PRIMITIVE; LANES],
+            material: [Material::Black; LANES],
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, at: &SurfacePoint, normal: Vec3, material: Material) {
+        self.p.set(lane, at.p);
+        self.p_error.set(lane, at.p_error);
+        self.ng.set(lane, at.ng);
+        self.normal.set(lane, normal);
+        self.triangle[lane] = at.triangle;
+        self.material[lane] = material;
+    }
+
+    #[inline(always)]
+    pub(super) fn endpoint(&self, lane: usize) -> Endpoint {
+        Endpoint {
+            p: self.p.get(lane),
+            p_error: self.p_error.get(lane),
+            ng: self.ng.get(lane),
+            triangle: self.triangle[lane],
+        }
+    }
+}
+
+/// Eight light samples: see [`LightSample`]. Lanes without one are not in `lanes`.
+pub(super) struct LightSamples {
+    pub(super) lanes: u32,
+    /// Those of them that have no end point.
+    pub(super) directions: u32,
+    /// Those of them that no other technique can meet.
+    pub(super) delta: [bool; LANES],
+    pub(super) p: Vec3Lanes,
+    pub(super) p_error: Vec3Lanes,
+    pub(super) ng: Vec3Lanes,
+    pub(super) triangle: [u32; LANES],
+    pub(super) wi: Vec3Lanes,
+    pub(super) emitted: Vec3Lanes,
+    pub(super) pdf: [f32; LANES],
+    pub(super) light: [u32; LANES],
+}
+
+impl LightSamples {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        let zero = Vec3Lanes::default();
+        Self {
+            lanes: 0,
+            directions: 0,
+            delta: [false; LANES],
+            p: zero,
+            p_error: zero,
+            ng: zero,
+            triangle: [NO_PRIMITIVE; LANES],
+            wi: zero,
+            emitted: zero,
+            pdf: [1.0; LANES],
+            light: [0; LANES],
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, sample: &LightSample) {
+        self.lanes |= 1 << lane;
+        match sample.to {
+            LightTarget::Direction => self.directions |= 1 << lane,
+            LightTarget::Point(at) => {
+                self.p.set(lane, at.p);
+                self.p_error.set(lane, at.p_error);
+                self.ng.set(lane, at.ng);
+                self.triangle[lane] = at.triangle;
+            }
+        }
+        self.delta[lane] = sample.delta;
+        self.wi.set(lane, sample.wi);
+        self.emitted.set(lane, sample.emitted);
+        self.pdf[lane] = sample.pdf;
+        self.light[lane] = sample.light;
+    }
+
+    #[inline(always)]
+    pub(super) fn endpoint(&self, lane: usize) -> Endpoint {
+        Endpoint {
+            p: self.p.get(lane),
+            p_error: self.p_error.get(lane),
+            ng: self.ng.get(lane),
+            triangle: self.triangle[lane],
+        }
+    }
+}
