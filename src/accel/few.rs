@@ -5,9 +5,10 @@
 use super::simd::Simd;
 use super::slab::{Bounds, WideSlabs};
 use super::triangle::{
-    Crossing, Shear, WideShear, bounds, decide, distance, reach, settle_ends, within,
+    Crossing, Shear, WideShear, bounds, decide, distance, REACH, settle_ends, within,
 };
 use super::{Hits, NO_PRIMITIVE, Rays};
+use crate::math::lanes::set_bits;
 use crate::math::{LANES, Vec3};
 use std::collections::HashMap;
 use std::mem::MaybeUninit;
@@ -59,11 +60,13 @@ impl<S: Simd> EightRays<S> {
                 shear[a][lane] = one.shear[a];
             }
         }
-        let load = |x: [[f32; LANES]; 3]| [s.load(&x[0]), s.load(&x[1]), s.load(&x[2])];
         Self {
             axes: [s.indices(&axes[0]), s.indices(&axes[1]), s.indices(&axes[2])],
-            shear: WideShear { origin: load(origin), shear: load(shear) },
-            reach: s.load(&rays.t_max.map(reach)),
+            shear: WideShear {
+                origin: [s.load(&origin[0]), s.load(&origin[1]), s.load(&origin[2])],
+                shear: [s.load(&shear[0]), s.load(&shear[1]), s.load(&shear[2])],
+            },
+            reach: s.mul(s.load(&rays.t_max), s.splat(REACH)),
             t_max: s.load(&rays.t_max),
         }
     }
@@ -104,7 +107,7 @@ impl Few {
         let slabs = WideSlabs::of_rays(s, rays, &self.bounds);
         let mut sheared = [const { MaybeUninit::uninit() }; VERTICES];
         let list = self.crossed(s, &eight, live, &mut sheared);
-        let mut best = s.load(&rays.t_max.map(f32::next_down));
+        let mut best = s.load(&last(rays));
         let (mut found, mut which) = (0, s.splat(0.0));
         let (mut u, mut v) = (which, which);
         for &(index, lanes) in &list.entries[..list.len] {
@@ -129,8 +132,10 @@ impl Few {
             found |= lanes;
         }
         let which = s.store(which);
-        let primitive =
-            std::array::from_fn(|lane| if found >> lane & 1 == 1 { which[lane] as u32 } else { NO_PRIMITIVE });
+        let mut primitive = [NO_PRIMITIVE; LANES];
+        for lane in set_bits(found) {
+            primitive[lane] = which[lane] as u32;
+        }
         Hits { t: s.store(best), primitive, u: s.store(u), v: s.store(v) }
     }
 
@@ -144,7 +149,7 @@ impl Few {
             return 0;
         }
         let slabs = WideSlabs::of_rays(s, rays, &self.bounds);
-        let last = s.load(&rays.t_max.map(f32::next_down));
+        let end = s.load(&last(rays));
         let mut found = 0;
         for &(index, lanes) in &list.entries[..list.len] {
             let lanes = u32::from(lanes) & !found & !ends(rays, index);
@@ -156,7 +161,7 @@ impl Few {
             let mut crossing = Crossing::new(s, &p);
             crossing.settle(s, &p);
             let (near, far) = slabs.one_box(s, &triangle.bounds);
-            let lanes = lanes & crossing.lanes & s.le(near, far) & s.le(near, last);
+            let lanes = lanes & crossing.lanes & s.le(near, far) & s.le(near, end);
             let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(eight.t_max, far));
             found |= lanes & !doubtful;
             if doubtful != 0 {
@@ -193,7 +198,18 @@ impl Few {
 #[inline(always)]
 fn corners<S: Simd>(triangle: &FewTriangle, sheared: &Sheared<S>) -> [[S::F; 3]; 3] {
     // SAFETY: the vertices that corners name were written by `Few::crossed`, whose array this is.
-    triangle.corners.map(|v| unsafe { sheared[usize::from(v)].assume_init() })
+    let corner = |v: usize| unsafe { sheared[usize::from(triangle.corners[v])].assume_init() };
+    [corner(0), corner(1), corner(2)]
+}
+
+/// The largest distances inside the segments.
+#[inline(always)]
+fn last(rays: &Rays) -> [f32; LANES] {
+    let mut last = rays.t_max;
+    for t in &mut last {
+        *t = t.next_down();
+    }
+    last
 }
 
 /// Lanes whose ray starts or ends on a triangle.

@@ -46,7 +46,7 @@ impl Slabs {
     pub(crate) fn new(ray: &Ray, scene: &Bounds) -> Self {
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
         let reach = (scene.lo - ray.origin).abs().max((scene.hi - ray.origin).abs()).to_array();
-        let rcp = d.map(|d| 1.0 / d);
+        let rcp = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
         let z = longest_axis(ray.direction);
         let slope = match z {
             0 => rcp[0].abs() * reach[0],
@@ -54,18 +54,24 @@ impl Slabs {
             _ => rcp[2].abs() * reach[2],
         };
         // Shear error: 2u|v−o| + 5u|d/dz|·|vz−oz|; the last term covers the rounding of o ± pad.
-        let pad: [f32; 3] = std::array::from_fn(|a| {
+        let mut slabs = Self {
+            near_origin: o,
+            far_origin: o,
+            near_rcp: rcp,
+            far_rcp: rcp,
+            negative: [0; 3],
+        };
+        for a in 0..3 {
             let error = UNIT_ROUNDOFF * (4.0 * reach[a] + 8.0 * d[a].abs() * slope + 2.0 * o[a].abs());
-            error.copysign(d[a])
-        });
-        Self {
-            near_origin: std::array::from_fn(|a| o[a] + pad[a]),
-            far_origin: std::array::from_fn(|a| o[a] - pad[a]),
+            let pad = error.copysign(d[a]);
+            slabs.near_origin[a] += pad;
+            slabs.far_origin[a] -= pad;
             // Four roundings in (plane − origin)·rcp·factor.
-            near_rcp: rcp.map(|r| r * (1.0 - 6.0 * UNIT_ROUNDOFF)),
-            far_rcp: rcp.map(|r| r * (1.0 + 6.0 * UNIT_ROUNDOFF)),
-            negative: d.map(|d| usize::from(d.is_sign_negative())),
+            slabs.near_rcp[a] *= 1.0 - 6.0 * UNIT_ROUNDOFF;
+            slabs.far_rcp[a] *= 1.0 + 6.0 * UNIT_ROUNDOFF;
+            slabs.negative[a] = usize::from(d[a].is_sign_negative());
         }
+        slabs
     }
 
     /// The interval of one box: same bits as a lane of [`WideSlabs`].
@@ -112,9 +118,8 @@ impl<S: Simd> WideSlabs<S> {
             let d = [&rays.direction.x, &rays.direction.y, &rays.direction.z][axis];
             *negative = (0..LANES).fold(0, |bits, lane| bits | usize::from(d[lane].is_sign_negative()) << lane);
         }
-        let [near_origin, far_origin, near_rcp, far_rcp] =
-            constants.map(|c| [s.load(&c[0]), s.load(&c[1]), s.load(&c[2])]);
-        Self { near_origin, far_origin, near_rcp, far_rcp, negative }
+        let load = |c: usize| [s.load(&constants[c][0]), s.load(&constants[c][1]), s.load(&constants[c][2])];
+        Self { near_origin: load(0), far_origin: load(1), near_rcp: load(2), far_rcp: load(3), negative }
     }
 
     /// Near (not below 0) and far distances of one box for eight rays: lanes have the bits of [`Slabs::interval`].

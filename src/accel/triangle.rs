@@ -137,7 +137,7 @@ impl<S: Simd> Crossing<S> {
 }
 
 /// Lanes whose triangle is not wholly behind the origin or beyond `reach` along the longest axis. Signs of differences are
-/// exact; [`reach`] leaves room for the roundings of depths.
+/// exact; [`REACH`] leaves room for the roundings of depths.
 #[inline(always)]
 pub(super) fn within<S: Simd>(s: S, p: &[[S::F; 3]; 3], reach: S::F) -> u32 {
     let first = s.min(s.min(p[0][2], p[1][2]), p[2][2]);
@@ -145,11 +145,8 @@ pub(super) fn within<S: Simd>(s: S, p: &[[S::F; 3]; 3], reach: S::F) -> u32 {
     s.le(s.splat(0.0), last) & s.le(first, reach)
 }
 
-/// See [`within`].
-#[inline(always)]
-pub(super) fn reach(t_max: f32) -> f32 {
-    t_max * (1.0 + 8.0 * UNIT_ROUNDOFF)
-}
+/// `reach` over `t_max`: see [`within`].
+pub(super) const REACH: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
 
 /// Lanes whose triangle is crossed by the ray's line, not yet by the ray.
 struct Crossed<S: Simd> {
@@ -228,7 +225,7 @@ impl Packet {
         }
         crossing.settle(s, &p);
         let (near, far) = slabs.triangles(s, &self.vertex);
-        let mut lanes = crossing.lanes & within(s, &p, s.splat(reach(ray.ray.t_max)));
+        let mut lanes = crossing.lanes & within(s, &p, s.splat(ray.ray.t_max * REACH));
         lanes &= s.le(near, far) & s.le(near, s.splat(best)) & !self.ends(&ray.ray);
         if lanes == 0 {
             return None;

@@ -34,7 +34,11 @@ impl Heuristic {
         // One loop for each heuristic, so that each can become vector code.
         #[inline(always)]
         fn each(heuristic: Heuristic, p: &[f32; LANES], q: &[f32; LANES]) -> [f32; LANES] {
-            std::array::from_fn(|lane| heuristic.weight(p[lane], q[lane]))
+            let mut weights = [0.0; LANES];
+            for lane in 0..LANES {
+                weights[lane] = heuristic.weight(p[lane], q[lane]);
+            }
+            weights
         }
         match self {
             Self::None => each(Self::None, p, q),

@@ -255,7 +255,7 @@ impl<'a> PathTracer<'a> {
         let words = draw.words_lanes(&paths.sample, group(depth, Decision::Light));
         let mut light = LightSamples::new();
         for lane in set_bits(paths.live) {
-            if let Some(sample) = self.lights.sample(self.scene, at.p.get(lane), words.map(|w| w[lane])) {
+            if let Some(sample) = self.lights.sample(self.scene, at.p.get(lane), lane_of(&words, lane)) {
                 light.set(lane, &sample);
             }
         }
@@ -307,7 +307,7 @@ impl<'a> PathTracer<'a> {
             let frame = Frame::new(at.normal.get(lane));
             let wo = frame.to_local(paths.wo.get(lane));
             let material = &at.material[lane];
-            let sample = material.sample(self.strategy.directions, wo, words.map(|w| w[lane]));
+            let sample = material.sample(self.strategy.directions, wo, lane_of(&words, lane));
             let (wi, pdf) = sample.unwrap_or((Vec3::Z, 0.0));
             let beta = paths.beta.get(lane) * (material.eval(wo, wi) / pdf);
             absorbed[lane] = u32::from(pdf == 0.0 || beta == Rgb::ZERO);
@@ -339,4 +339,10 @@ impl<'a> PathTracer<'a> {
             });
         }
     }
+}
+
+/// The four words of a lane. (An array's `map` is not always inlined, least of all into code for other instructions.)
+#[inline(always)]
+fn lane_of(words: &[[u32; LANES]; 4], lane: usize) -> [u32; 4] {
+    [words[0][lane], words[1][lane], words[2][lane], words[3][lane]]
 }

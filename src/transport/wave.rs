@@ -50,6 +50,7 @@ impl Paths {
     }
 
     fn copy_lane(&mut self, lane: usize, from: &Self, other: usize) {
+        self.live |= (from.live >> other & 1) << lane;
         self.sample[lane] = from.sample[other];
         self.slot[lane] = from.slot[other];
         self.ray.set(lane, from.ray.get(other));
@@ -92,6 +93,17 @@ impl Wave {
         &mut self.packets[..self.len.div_ceil(LANES)]
     }
 
+    fn move_lane(&mut self, (from, other): (usize, usize), (to, lane): (usize, usize)) {
+        let (front, back) = self.packets.split_at_mut(from);
+        match front.get_mut(to) {
+            Some(paths) => paths.copy_lane(lane, &back[0], other),
+            None => {
+                let own = back[0];
+                back[0].copy_lane(lane, &own, other);
+            }
+        }
+    }
+
     /// Hands out the radiance of ended paths and fills their lanes from the back.
     pub(super) fn retire(&mut self, radiance: &mut [Rgb]) {
         let mut i = 0;
@@ -106,13 +118,10 @@ impl Wave {
             radiance[paths.slot[lane] as usize] = paths.radiance.get(lane);
             self.len -= 1;
             let (last, other) = (self.len / LANES, self.len % LANES);
-            let from = self.packets[last];
-            self.packets[last].end(other);
             if self.len > i {
-                let paths = &mut self.packets[packet];
-                paths.copy_lane(lane, &from, other);
-                paths.live |= (from.live >> other & 1) << lane;
+                self.move_lane((last, other), (packet, lane));
             }
+            self.packets[last].end(other);
         }
     }
 }
