@@ -5,7 +5,7 @@
 use super::simd::Simd;
 use super::slab::{Bounds, WideSlabs};
 use super::triangle::{
-    Crossing, Shear, WideShear, bounds, decide, distance, REACH, settle_ends, within,
+    Crossing, REACH, Shear, WideShear, bounds, decide, distance, edge, settle_ends, within,
 };
 use super::{Hits, NO_PRIMITIVE, Rays};
 use crate::math::lanes::set_bits;
@@ -25,6 +25,7 @@ pub(super) struct Few {
     vertices: Vec<[f32; 4]>,
     /// By primitive index.
     triangles: Vec<FewTriangle>,
+    pairs: Vec<Pair>,
     bounds: Bounds,
 }
 
@@ -33,6 +34,16 @@ struct FewTriangle {
     corners: [u8; 3],
     bounds: Bounds,
     positions: [Vec3; 3],
+}
+
+/// Two triangles (0, 1, 2) and (0, 2, 3) with an edge in common, neighbours in the scene's order; or one alone.
+struct Pair {
+    /// Indices into [`Few::vertices`].
+    corners: [u8; 4],
+    /// Primitive index of the first.
+    first: u8,
+    /// All lanes, or none where there is no second.
+    second: u32,
 }
 
 /// Sheared vertices of all triangles for eight rays.
@@ -44,6 +55,8 @@ struct EightRays<S: Simd> {
     shear: WideShear<S>,
     reach: S::F,
     t_max: S::F,
+    /// Triangles that rays start and end on, as numbers.
+    ends: [S::F; 2],
 }
 
 impl<S: Simd> EightRays<S> {
@@ -52,7 +65,10 @@ impl<S: Simd> EightRays<S> {
         let mut axes = [[0; LANES]; 3];
         let mut origin = [[0.0; LANES]; 3];
         let mut shear = [[0.0; LANES]; 3];
+        let mut ends = [[0.0; LANES]; 2];
         for lane in 0..LANES {
+            ends[0][lane] = rays.from[lane] as f32;
+            ends[1][lane] = rays.to[lane] as f32;
             let one = Shear::new(&rays.get(lane));
             for a in 0..3 {
                 axes[a][lane] = one.axes[a];
@@ -68,7 +84,15 @@ impl<S: Simd> EightRays<S> {
             },
             reach: s.mul(s.load(&rays.t_max), s.splat(REACH)),
             t_max: s.load(&rays.t_max),
+            ends: [s.load(&ends[0]), s.load(&ends[1])],
         }
+    }
+
+    /// Lanes whose ray starts or ends on a triangle.
+    #[inline(always)]
+    fn ends_on(&self, s: S, triangle: u8) -> u32 {
+        let triangle = s.splat(f32::from(triangle));
+        s.eq(self.ends[0], triangle) | s.eq(self.ends[1], triangle)
     }
 }
 
@@ -76,6 +100,15 @@ impl<S: Simd> EightRays<S> {
 struct List {
     entries: [(u8, u8); FEW + 1],
     len: usize,
+}
+
+impl List {
+    /// Written in any case, counted where something is crossed: no branch.
+    #[inline(always)]
+    fn push(&mut self, triangle: u8, lanes: u32) {
+        self.entries[self.len] = (triangle, lanes as u8);
+        self.len += usize::from(lanes != 0);
+    }
 }
 
 impl Few {
@@ -97,7 +130,7 @@ impl Few {
         });
         let triangles: Vec<_> = items.collect();
         let bounds = triangles.iter().map(|t| t.bounds).reduce(Bounds::union)?;
-        (vertices.len() <= VERTICES).then_some(Self { vertices, triangles, bounds })
+        (vertices.len() <= VERTICES).then_some(Self { pairs: pairs(&triangles), vertices, triangles, bounds })
     }
 
     /// The nearest hits; lanes that are not `live` may hold anything.
@@ -116,7 +149,7 @@ impl Few {
             let mut crossing = Crossing::new(s, &p);
             crossing.settle(s, &p);
             let (near, far) = slabs.one_box(s, &triangle.bounds);
-            let mut lanes = u32::from(lanes) & crossing.lanes & s.le(near, far) & !ends(rays, index);
+            let mut lanes = u32::from(lanes) & crossing.lanes & within(s, &p, eight.reach) & s.le(near, far) & !eight.ends_on(s, index);
             let mut t = distance(s, &crossing.weight, &p, near, far);
             let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(eight.t_max, far));
             if doubtful != 0 {
@@ -152,7 +185,7 @@ impl Few {
         let end = s.load(&last(rays));
         let mut found = 0;
         for &(index, lanes) in &list.entries[..list.len] {
-            let lanes = u32::from(lanes) & !found & !ends(rays, index);
+            let lanes = u32::from(lanes) & !found & !eight.ends_on(s, index);
             if lanes == 0 {
                 continue;
             }
@@ -161,7 +194,7 @@ impl Few {
             let mut crossing = Crossing::new(s, &p);
             crossing.settle(s, &p);
             let (near, far) = slabs.one_box(s, &triangle.bounds);
-            let lanes = lanes & crossing.lanes & s.le(near, far) & s.le(near, end);
+            let lanes = lanes & crossing.lanes & within(s, &p, eight.reach) & s.le(near, far) & s.le(near, end);
             let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(eight.t_max, far));
             found |= lanes & !doubtful;
             if doubtful != 0 {
@@ -175,7 +208,7 @@ impl Few {
         found
     }
 
-    /// Triangles that the rays' lines cross, not wholly behind or beyond; and all sheared vertices.
+    /// Triangles that the rays' lines cross, in the scene's order, few of them behind or beyond; and all sheared vertices.
     #[inline(always)]
     fn crossed<S: Simd>(&self, s: S, rays: &EightRays<S>, live: u32, sheared: &mut Sheared<S>) -> List {
         for (vertex, sheared) in self.vertices.iter().zip(sheared.iter_mut()) {
@@ -184,15 +217,47 @@ impl Few {
             sheared.write(rays.shear.apply(s, turned));
         }
         let mut list = List { entries: [(0, 0); FEW + 1], len: 0 };
-        for (index, triangle) in self.triangles.iter().enumerate() {
-            let p = corners::<S>(triangle, sheared);
-            let lanes = Crossing::new(s, &p).lanes & within(s, &p, rays.reach) & live;
-            // Written in any case, counted where something is crossed.
-            list.entries[list.len] = (index as u8, lanes as u8);
-            list.len += usize::from(lanes != 0);
+        let zero = s.splat(0.0);
+        for pair in &self.pairs {
+            // SAFETY: the loop above wrote all vertices, which these are indices of.
+            let corner = |i: usize| unsafe { sheared[usize::from(pair.corners[i])].assume_init() };
+            let p = [corner(0), corner(1), corner(2), corner(3)];
+            let e = [edge(s, &p[0], &p[1]), edge(s, &p[1], &p[2]), edge(s, &p[2], &p[3]), edge(s, &p[3], &p[0])];
+            let shared = edge(s, &p[2], &p[0]);
+            // Signs alone matter, so that the order of the corners does not; the second triangle has the shared edge negated.
+            let (low, high) = (s.min(e[0], e[1]), s.max(e[0], e[1]));
+            let (up, down) = (s.le(zero, shared), s.le(shared, zero));
+            let first = s.le(zero, low) & up | s.le(high, zero) & down;
+            let (low, high) = (s.min(e[2], e[3]), s.max(e[2], e[3]));
+            let second = s.le(zero, low) & down | s.le(high, zero) & up;
+            let nearest = s.min(s.min(p[0][2], p[1][2]), s.min(p[2][2], p[3][2]));
+            let farthest = s.max(s.max(p[0][2], p[1][2]), s.max(p[2][2], p[3][2]));
+            let both = live & s.le(zero, farthest) & s.le(nearest, rays.reach);
+            list.push(pair.first, first & both);
+            list.push(pair.first.wrapping_add(1), second & both & pair.second);
         }
         list
     }
+}
+
+/// Neighbours with two corners in common, else single triangles.
+fn pairs(triangles: &[FewTriangle]) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    let mut i = 0;
+    while i < triangles.len() {
+        let [a, b, c] = triangles[i].corners;
+        let next = triangles.get(i + 1).map(|t| t.corners);
+        let pair = next.and_then(|next| {
+            let other = *next.iter().find(|v| !triangles[i].corners.contains(v))?;
+            // Turned so that the corner which the next triangle lacks comes second.
+            let turned = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|t| !next.contains(&t[1]))?;
+            (next.contains(&turned[0]) && next.contains(&turned[2])).then_some([turned[0], turned[1], turned[2], other])
+        });
+        let (corners, second) = pair.map_or(([a, b, c, b], 0), |corners| (corners, 0xFF));
+        pairs.push(Pair { corners, first: i as u8, second });
+        i += if second == 0 { 1 } else { 2 };
+    }
+    pairs
 }
 
 #[inline(always)]
@@ -210,11 +275,4 @@ fn last(rays: &Rays) -> [f32; LANES] {
         *t = t.next_down();
     }
     last
-}
-
-/// Lanes whose ray starts or ends on a triangle.
-#[inline(always)]
-fn ends(rays: &Rays, triangle: u8) -> u32 {
-    let triangle = u32::from(triangle);
-    (0..LANES).fold(0, |bits, i| bits | u32::from(rays.from[i] == triangle || rays.to[i] == triangle) << i)
 }

@@ -44,7 +44,7 @@ impl Ray {
 }
 
 /// Eight rays side by side.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Rays {
     /// See [`Ray::origin`].
     pub origin: Vec3Lanes,
@@ -59,6 +59,15 @@ pub struct Rays {
 }
 
 impl Rays {
+    /// No rays: all directions are zero.
+    pub const ZERO: Self = Self {
+        origin: Vec3Lanes::ZERO,
+        direction: Vec3Lanes::ZERO,
+        t_max: [0.0; LANES],
+        from: [0; LANES],
+        to: [0; LANES],
+    };
+
     /// The ray of a lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Ray {

@@ -303,7 +303,7 @@ pub(super) fn distance<S: Simd>(s: S, weight: &[S::F; 3], p: &[[S::F; 3]; 3], ne
 
 /// Twice the signed area of the triangle (origin, b, a) in the xy plane.
 #[inline(always)]
-fn edge<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
+pub(super) fn edge<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
     s.sub(s.mul(a[0], b[1]), s.mul(a[1], b[0]))
 }
 

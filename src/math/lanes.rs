@@ -7,7 +7,7 @@ use super::Vec3;
 pub const LANES: usize = 8;
 
 /// One vector per lane.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub struct Vec3Lanes {
     /// First components.
@@ -19,6 +19,9 @@ pub struct Vec3Lanes {
 }
 
 impl Vec3Lanes {
+    /// Zero vectors.
+    pub const ZERO: Self = Self { x: [0.0; LANES], y: [0.0; LANES], z: [0.0; LANES] };
+
     /// The vector of a lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Vec3 {
@@ -48,4 +51,10 @@ pub fn set_bits(mut mask: u32) -> impl Iterator<Item = usize> {
             lane
         })
     })
+}
+
+/// The four words of a lane. (An array's `map` is not always inlined, least of all into code for other instructions.)
+#[inline(always)]
+pub fn lane_of(words: &[[u32; LANES]; 4], lane: usize) -> [u32; 4] {
+    [words[0][lane], words[1][lane], words[2][lane], words[3][lane]]
 }

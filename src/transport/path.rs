@@ -4,11 +4,11 @@
 //! light sampling alone, with weight 1; emission seen directly counts in full.
 
 use super::sink::{Bounce, Contribution, Sink, Vertex, Via};
-use super::wave::{LightSamples, Paths, Vertices, Wave};
+use super::wave::{Paths, Vertices, Wave};
 use crate::accel::bvh::Bvh;
 use crate::accel::simd::Simd;
 use crate::accel::{Hit, Ray, Rays, SurfacePoint, leave, segment};
-use crate::math::lanes::{bits, set_bits};
+use crate::math::lanes::{bits, lane_of, set_bits};
 use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
 use crate::sampling::Draw;
 use crate::sampling::dimension::{Decision, group};
@@ -93,7 +93,8 @@ impl<'a> PathTracer<'a> {
         sink: &mut S,
         radiance: &mut [Rgb],
     ) {
-        let mut wave = Wave::new(samples);
+        let mut wave = Wave::EMPTY;
+        wave.fill(samples);
         for paths in wave.packets() {
             self.start(draw, paths);
         }
@@ -253,14 +254,9 @@ impl<'a> PathTracer<'a> {
             return;
         }
         let words = draw.words_lanes(&paths.sample, group(depth, Decision::Light));
-        let mut light = LightSamples::new();
-        for lane in set_bits(paths.live) {
-            if let Some(sample) = self.lights.sample(self.scene, at.p.get(lane), lane_of(&words, lane)) {
-                light.set(lane, &sample);
-            }
-        }
-        let (mut scattered, mut pdf_direction) = (Vec3Lanes::default(), [0.0; LANES]);
-        let (mut shadow, mut dark) = (Rays::default(), [0; LANES]);
+        let light = self.lights.sample_lanes(self.scene, &at.p, &words, paths.live);
+        let (mut scattered, mut pdf_direction) = (Vec3Lanes::ZERO, [0.0; LANES]);
+        let (mut shadow, mut dark) = (Rays::ZERO, [0; LANES]);
         for lane in 0..LANES {
             let frame = Frame::new(at.normal.get(lane));
             let (wo, wi) = (frame.to_local(paths.wo.get(lane)), frame.to_local(light.wi.get(lane)));
@@ -278,7 +274,7 @@ impl<'a> PathTracer<'a> {
         let lit = light.lanes & !bits(&dark);
         let lit = lit & !self.bvh.occluded_lanes(simd, &shadow, lit);
         let weight = self.strategy.heuristic.weights(&light.pdf, &pdf_direction);
-        let mut value = Vec3Lanes::default();
+        let mut value = Vec3Lanes::ZERO;
         for lane in 0..LANES {
             let scale = weight[lane] / light.pdf[lane];
             let all = paths.beta.get(lane) * scattered.get(lane) * light.emitted.get(lane) * scale;
@@ -339,10 +335,4 @@ impl<'a> PathTracer<'a> {
             });
         }
     }
-}
-
-/// The four words of a lane. (An array's `map` is not always inlined, least of all into code for other instructions.)
-#[inline(always)]
-fn lane_of(words: &[[u32; LANES]; 4], lane: usize) -> [u32; 4] {
-    [words[0][lane], words[1][lane], words[2][lane], words[3][lane]]
 }

@@ -5,14 +5,13 @@ use crate::accel::{Endpoint, NO_PRIMITIVE, Rays, SurfacePoint};
 use crate::math::{LANES, Rgb, Vec3, Vec3Lanes};
 use crate::moments::BLOCK;
 use crate::scene::Material;
-use crate::scene::light::{LightSample, LightTarget};
 use std::ops::Range;
 
 /// Most samples of a wave.
 pub const WAVE: usize = BLOCK as usize;
 
 /// Eight paths between two vertices.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(super) struct Paths {
     /// Bit i: lane i holds a path that goes on.
     pub(super) live: u32,
@@ -33,6 +32,18 @@ pub(super) struct Paths {
 }
 
 impl Paths {
+    const NONE: Self = Self {
+        live: 0,
+        sample: [0; LANES],
+        slot: [0; LANES],
+        ray: Rays::ZERO,
+        wo: Vec3Lanes::ZERO,
+        beta: Vec3Lanes::ZERO,
+        radiance: Vec3Lanes::ZERO,
+        p: Vec3Lanes::ZERO,
+        pdf: [0.0; LANES],
+    };
+
     #[inline(always)]
     pub(super) fn is_live(&self, lane: usize) -> bool {
         self.live >> lane & 1 == 1
@@ -70,18 +81,20 @@ pub(super) struct Wave {
 }
 
 impl Wave {
+    /// No paths.
+    pub(super) const EMPTY: Self = Self { packets: [Paths::NONE; WAVE / LANES], len: 0 };
+
+    /// Puts samples into the lanes.
     #[inline(always)]
-    pub(super) fn new(samples: Range<u64>) -> Self {
-        let len = (samples.end - samples.start) as usize;
-        assert!(len <= WAVE, "{len} samples in a wave");
-        let mut packets = [Paths::default(); WAVE / LANES];
-        for i in 0..len {
-            let (paths, lane) = (&mut packets[i / LANES], i % LANES);
+    pub(super) fn fill(&mut self, samples: Range<u64>) {
+        self.len = (samples.end - samples.start) as usize;
+        assert!(self.len <= WAVE, "{} samples in a wave", self.len);
+        for i in 0..self.len {
+            let (paths, lane) = (&mut self.packets[i / LANES], i % LANES);
             paths.live |= 1 << lane;
             paths.sample[lane] = samples.start + i as u64;
             paths.slot[lane] = i as u32;
         }
-        Self { packets, len }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -140,7 +153,7 @@ pub(super) struct Vertices {
 impl Vertices {
     #[inline(always)]
     pub(super) fn new() -> Self {
-        let zero = Vec3Lanes::default();
+        let zero = Vec3Lanes::ZERO;
         Self {
             p: zero,
             p_error: zero,
@@ -159,72 +172,6 @@ impl Vertices {
         self.normal.set(lane, normal);
         self.triangle[lane] = at.triangle;
         self.material[lane] = material;
-    }
-
-    #[inline(always)]
-    pub(super) fn endpoint(&self, lane: usize) -> Endpoint {
-        Endpoint {
-            p: self.p.get(lane),
-            p_error: self.p_error.get(lane),
-            ng: self.ng.get(lane),
-            triangle: self.triangle[lane],
-        }
-    }
-}
-
-/// Eight light samples: see [`LightSample`]. Lanes without one are not in `lanes`.
-pub(super) struct LightSamples {
-    pub(super) lanes: u32,
-    /// Those of them that have no end point.
-    pub(super) directions: u32,
-    /// Those of them that no other technique can meet.
-    pub(super) delta: [bool; LANES],
-    pub(super) p: Vec3Lanes,
-    pub(super) p_error: Vec3Lanes,
-    pub(super) ng: Vec3Lanes,
-    pub(super) triangle: [u32; LANES],
-    pub(super) wi: Vec3Lanes,
-    pub(super) emitted: Vec3Lanes,
-    pub(super) pdf: [f32; LANES],
-    pub(super) light: [u32; LANES],
-}
-
-impl LightSamples {
-    #[inline(always)]
-    pub(super) fn new() -> Self {
-        let zero = Vec3Lanes::default();
-        Self {
-            lanes: 0,
-            directions: 0,
-            delta: [false; LANES],
-            p: zero,
-            p_error: zero,
-            ng: zero,
-            triangle: [NO_PRIMITIVE; LANES],
-            wi: zero,
-            emitted: zero,
-            pdf: [1.0; LANES],
-            light: [0; LANES],
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn set(&mut self, lane: usize, sample: &LightSample) {
-        self.lanes |= 1 << lane;
-        match sample.to {
-            LightTarget::Direction => self.directions |= 1 << lane,
-            LightTarget::Point(at) => {
-                self.p.set(lane, at.p);
-                self.p_error.set(lane, at.p_error);
-                self.ng.set(lane, at.ng);
-                self.triangle[lane] = at.triangle;
-            }
-        }
-        self.delta[lane] = sample.delta;
-        self.wi.set(lane, sample.wi);
-        self.emitted.set(lane, sample.emitted);
-        self.pdf[lane] = sample.pdf;
-        self.light[lane] = sample.light;
     }
 
     #[inline(always)]

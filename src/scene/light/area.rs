@@ -77,6 +77,12 @@ impl Emitter {
         (area > 0.0 && area.is_finite()).then_some((emitter, area))
     }
 
+    /// The parallelogram, if it is one.
+    #[inline(always)]
+    pub(super) fn patch(&self) -> Option<&Patch> {
+        if let Self::Parallelogram(e) = self { Some(&e.patch) } else { None }
+    }
+
     /// A point of the front side as seen from `p`, and its density without the choice of the light. Words 0, 1 place it, word 3
     /// picks the part. `None` where the drawn point, or all of the light, shows `p` its back.
     #[inline(always)]
@@ -92,7 +98,10 @@ impl Emitter {
             Self::Parallelogram(e) if solid => return e.sample_solid_angle(p, u, words[3]),
             Self::Mesh(e) if solid => return e.sample_solid_angle(scene, p, u, words[3]),
             Self::Sphere { center, radius, flip: false } if solid => return sample_cone(*center, *radius, p, u),
-            Self::Parallelogram(e) => (e.at(u), e.density),
+            Self::Parallelogram(e) => {
+                let (at, density) = e.patch.sample(p, u);
+                return Some((at, density?));
+            }
             Self::Mesh(e) => e.sample_area(scene, u, words[3]),
             &Self::Sphere { center, radius, flip } => {
                 let n = warp::sample_uniform_sphere(u);
@@ -130,7 +139,7 @@ impl Emitter {
             Self::Parallelogram(e) if solid => return e.solid_angle(p).map(|o| SolidAngle(1.0 / o)),
             Self::Mesh(e) if solid => return e.solid_angle_pdf(scene, p, primitive),
             Self::Sphere { center, radius, flip: false } if solid => return cone_pdf(*center, *radius, p),
-            Self::Parallelogram(e) => e.density,
+            Self::Parallelogram(e) => e.patch.density,
             Self::Mesh(e) => e.density(primitive),
             Self::Sphere { radius, .. } => sphere_density(*radius),
             Self::Disk { density, .. } | Self::Cylinder { density, .. } => *density,
@@ -153,17 +162,38 @@ fn planar(corner: Vec3, s: Vec3, t: Vec3, ng: Vec3, triangle: u32) -> LightPoint
     LightPoint { p: corner + s + t, p_error: 5.0 * ULP * (corner.abs() + s.abs() + t.abs()), ng, triangle }
 }
 
+/// A parallelogram sampled by area.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Patch {
+    pub(super) corner: Vec3,
+    pub(super) u: Vec3,
+    pub(super) v: Vec3,
+    pub(super) ng: Vec3,
+    pub(super) density: Area,
+    /// The scene's index of the triangle below the diagonal from the corner, on the side of `u`; the other half comes next.
+    pub(super) start: u32,
+}
+
+impl Patch {
+    /// A point, and its density as seen from `p`: `None` where it shows its back.
+    #[inline(always)]
+    pub(super) fn sample(&self, p: Vec3, u: [f32; 2]) -> (LightPoint, Option<SolidAngle>) {
+        let at = self.at(u);
+        let to = at.p - p;
+        (at, seen(self.density, to, to.normalize_or_zero(), at.ng))
+    }
+
+    #[inline(always)]
+    fn at(&self, st: [f32; 2]) -> LightPoint {
+        planar(self.corner, st[0] * self.u, st[1] * self.v, self.ng, self.start + u32::from(st[0] < st[1]))
+    }
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct Parallelogram {
-    /// The scene's index of the triangle below the diagonal from the corner, on the side of `u`; the other half comes next.
-    start: u32,
-    corner: Vec3,
-    u: Vec3,
-    v: Vec3,
+    patch: Patch,
     /// u × v; its length is the area.
     normal: Vec3,
-    ng: Vec3,
-    density: Area,
     /// Unit edges and their lengths, if they are orthogonal to rounding.
     sides: Option<[(Vec3, f32); 2]>,
 }
@@ -177,19 +207,15 @@ impl Parallelogram {
         let rectangular = x.dot(y).abs() < 16.0 * ULP;
         let density = Area(1.0 / normal.length());
         let sides = rectangular.then_some([(x, lu), (y, lv)]);
-        Self { start, corner, u, v, normal, ng: normal.normalize(), density, sides }
-    }
-
-    #[inline(always)]
-    fn at(&self, st: [f32; 2]) -> LightPoint {
-        planar(self.corner, st[0] * self.u, st[1] * self.v, self.ng, self.start + u32::from(st[0] < st[1]))
+        Self { patch: Patch { start, corner, u, v, ng: normal.normalize(), density }, normal, sides }
     }
 
     /// Solid angle of the two halves seen from `p`; the first is cut off by the diagonal from the corner, on the side of `u`.
     #[inline(always)]
     fn halves(&self, p: Vec3) -> [f32; 2] {
-        let (a, d) = (self.corner - p, self.u + self.v);
-        [triangle_solid_angle(a, self.u, d, self.normal), triangle_solid_angle(a, d, self.v, self.normal)]
+        let Patch { corner, u, v, .. } = self.patch;
+        let (a, d) = (corner - p, u + v);
+        [triangle_solid_angle(a, u, d, self.normal), triangle_solid_angle(a, d, v, self.normal)]
     }
 
     #[inline(always)]
@@ -204,18 +230,19 @@ impl Parallelogram {
         if !(first > 0.0 && second > 0.0) {
             return None;
         }
-        let (total, a, d) = (first + second, self.corner - p, self.u + self.v);
-        let rectangle = self.sides.and_then(|[x, y]| SphericalRectangle::new(a, x, y, self.ng, total));
+        let Patch { corner, u: eu, v: ev, ng, .. } = self.patch;
+        let (total, a, d) = (first + second, corner - p, eu + ev);
+        let rectangle = self.sides.and_then(|[x, y]| SphericalRectangle::new(a, x, y, ng, total));
         let st = if let Some(r) = rectangle {
             r.sample(u)
         } else if part < (first / total * 4_294_967_296.0) as u32 {
-            let [b, c] = SphericalTriangle::new(a, self.u, d, self.normal)?.sample(u);
+            let [b, c] = SphericalTriangle::new(a, eu, d, self.normal)?.sample(u);
             [b + c, c]
         } else {
-            let [b, c] = SphericalTriangle::new(a, d, self.v, self.normal)?.sample(u);
+            let [b, c] = SphericalTriangle::new(a, d, ev, self.normal)?.sample(u);
             [b, b + c]
         };
-        Some((self.at(st), SolidAngle(1.0 / total)))
+        Some((self.patch.at(st), SolidAngle(1.0 / total)))
     }
 }
 
