@@ -129,6 +129,15 @@ mod avx2 {
         pub fn detect() -> Option<Self> {
             is_x86_feature_detected!("avx2").then_some(Self(()))
         }
+
+        /// Whether the processor also has the AVX-512 instructions for eight lanes: the same operations with more registers and
+        /// masks, in a function with `#[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq")]`.
+        pub fn has_avx512(self) -> bool {
+            is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512dq")
+        }
     }
 
     impl Simd for Avx2 {

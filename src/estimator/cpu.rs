@@ -110,6 +110,12 @@ impl Estimator for CpuEstimator {
             |pixel| Draw { key: cell.key, pixel, sample: 0, length: cell.length, sequence: self.strategy.sequence };
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = crate::accel::simd::Avx2::detect() {
+            if avx2.has_avx512() {
+                return Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {
+                    // SAFETY: the instructions were detected.
+                    unsafe { block_avx512(avx2, &tracer, draw(pixel), samples, out) }
+                }));
+            }
             return Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {
                 // SAFETY: AVX2 was detected.
                 unsafe { block_avx2(avx2, &tracer, draw(pixel), samples, out) }
@@ -134,6 +140,18 @@ fn block<V: Simd>(simd: V, tracer: &PathTracer<'_>, draw: Draw, samples: Range<u
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn block_avx2(
+    simd: crate::accel::simd::Avx2,
+    tracer: &PathTracer<'_>,
+    draw: Draw,
+    samples: Range<u64>,
+    out: &mut [f64],
+) {
+    block(simd, tracer, draw, samples, out);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,avx512f,avx512vl,avx512bw,avx512dq")]
+fn block_avx512(
     simd: crate::accel::simd::Avx2,
     tracer: &PathTracer<'_>,
     draw: Draw,

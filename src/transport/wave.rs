@@ -2,6 +2,7 @@
 //! path hold is computed along and never kept.
 
 use crate::accel::{Endpoint, NO_PRIMITIVE, Rays, SurfacePoint};
+use crate::math::lanes::set_bits;
 use crate::math::{LANES, Rgb, Vec3, Vec3Lanes};
 use crate::moments::BLOCK;
 use crate::scene::Material;
@@ -59,18 +60,6 @@ impl Paths {
     pub(super) fn add(&mut self, lane: usize, value: Rgb) {
         self.radiance.set(lane, self.radiance.get(lane) + value);
     }
-
-    fn copy_lane(&mut self, lane: usize, from: &Self, other: usize) {
-        self.live |= (from.live >> other & 1) << lane;
-        self.sample[lane] = from.sample[other];
-        self.slot[lane] = from.slot[other];
-        self.ray.set(lane, from.ray.get(other));
-        self.wo.set(lane, from.wo.get(other));
-        self.beta.set(lane, from.beta.get(other));
-        self.radiance.set(lane, from.radiance.get(other));
-        self.p.set(lane, from.p.get(other));
-        self.pdf[lane] = from.pdf[other];
-    }
 }
 
 /// All paths of a wave, the live ones in front.
@@ -106,36 +95,52 @@ impl Wave {
         &mut self.packets[..self.len.div_ceil(LANES)]
     }
 
-    fn move_lane(&mut self, (from, other): (usize, usize), (to, lane): (usize, usize)) {
-        let (front, back) = self.packets.split_at_mut(from);
-        match front.get_mut(to) {
-            Some(paths) => paths.copy_lane(lane, &back[0], other),
-            None => {
-                let own = back[0];
-                back[0].copy_lane(lane, &own, other);
+    /// Hands out the radiance of ended paths and fills their lanes from the back.
+    pub(super) fn retire(&mut self, radiance: &mut [Rgb]) {
+        for packet in 0..self.len.div_ceil(LANES) {
+            for lane in set_bits(!self.packets[packet].live & 0xFF) {
+                let hole = packet * LANES + lane;
+                self.drop_ended(hole, radiance);
+                if hole >= self.len {
+                    return;
+                }
+                self.hand_out(hole, radiance);
+                self.len -= 1;
+                self.move_lane(self.len, hole);
             }
         }
     }
 
-    /// Hands out the radiance of ended paths and fills their lanes from the back.
-    pub(super) fn retire(&mut self, radiance: &mut [Rgb]) {
-        let mut i = 0;
-        while i < self.len {
-            let (packet, lane) = (i / LANES, i % LANES);
-            let paths = &self.packets[packet];
-            if paths.is_live(lane) {
-                // The next lane that is not live.
-                i += ((!paths.live >> lane).trailing_zeros() as usize).min(LANES - lane);
-                continue;
-            }
-            radiance[paths.slot[lane] as usize] = paths.radiance.get(lane);
+    /// Ended paths at the back, as far as `first`, leave no hole.
+    fn drop_ended(&mut self, first: usize, radiance: &mut [Rgb]) {
+        while self.len > first && !self.packets[(self.len - 1) / LANES].is_live((self.len - 1) % LANES) {
             self.len -= 1;
-            let (last, other) = (self.len / LANES, self.len % LANES);
-            if self.len > i {
-                self.move_lane((last, other), (packet, lane));
-            }
-            self.packets[last].end(other);
+            self.hand_out(self.len, radiance);
         }
+    }
+
+    fn hand_out(&self, i: usize, radiance: &mut [Rgb]) {
+        let paths = &self.packets[i / LANES];
+        radiance[paths.slot[i % LANES] as usize] = paths.radiance.get(i % LANES);
+    }
+
+    /// Puts the live path `from` where an ended one was.
+    fn move_lane(&mut self, from: usize, to: usize) {
+        let (f, other, t, lane) = (from / LANES, from % LANES, to / LANES, to % LANES);
+        let p = &mut self.packets;
+        p[t].sample[lane] = p[f].sample[other];
+        p[t].slot[lane] = p[f].slot[other];
+        p[t].pdf[lane] = p[f].pdf[other];
+        let Paths { ray, wo, beta, radiance, p: origin, .. } = &p[f];
+        let (ray, wo, beta) = (ray.get(other), wo.get(other), beta.get(other));
+        let (radiance, origin) = (radiance.get(other), origin.get(other));
+        p[t].ray.set(lane, ray);
+        p[t].wo.set(lane, wo);
+        p[t].beta.set(lane, beta);
+        p[t].radiance.set(lane, radiance);
+        p[t].p.set(lane, origin);
+        p[t].live |= 1 << lane;
+        p[f].end(other);
     }
 }
 
