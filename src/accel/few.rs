@@ -16,8 +16,8 @@ use std::mem::MaybeUninit;
 /// Most triangles.
 const FEW: usize = 64;
 
-/// Most distinct vertices.
-const VERTICES: usize = 128;
+/// Room for all vertices that a byte can name: no index is out of bounds.
+const VERTICES: usize = 256;
 
 /// All triangles of a small scene.
 pub(super) struct Few {
@@ -98,16 +98,16 @@ impl<S: Simd> EightRays<S> {
 
 /// Crossed triangles: index and lanes.
 struct List {
-    entries: [(u8, u8); FEW + 1],
-    len: usize,
+    entries: [(u8, u8); 256],
+    len: u8,
 }
 
 impl List {
     /// Written in any case, counted where something is crossed: no branch.
     #[inline(always)]
     fn push(&mut self, triangle: u8, lanes: u32) {
-        self.entries[self.len] = (triangle, lanes as u8);
-        self.len += usize::from(lanes != 0);
+        self.entries[usize::from(self.len)] = (triangle, lanes as u8);
+        self.len = self.len.wrapping_add(u8::from(lanes != 0));
     }
 }
 
@@ -143,7 +143,7 @@ impl Few {
         let mut best = s.load(&last(rays));
         let (mut found, mut which) = (0, s.splat(0.0));
         let (mut u, mut v) = (which, which);
-        for &(index, lanes) in &list.entries[..list.len] {
+        for &(index, lanes) in &list.entries[..usize::from(list.len)] {
             let triangle = &self.triangles[usize::from(index)];
             let p = corners::<S>(triangle, &sheared);
             let mut crossing = Crossing::new(s, &p);
@@ -184,7 +184,7 @@ impl Few {
         let slabs = WideSlabs::of_rays(s, rays, &self.bounds);
         let end = s.load(&last(rays));
         let mut found = 0;
-        for &(index, lanes) in &list.entries[..list.len] {
+        for &(index, lanes) in &list.entries[..usize::from(list.len)] {
             let lanes = u32::from(lanes) & !found & !eight.ends_on(s, index);
             if lanes == 0 {
                 continue;
@@ -216,7 +216,7 @@ impl Few {
             let turned = [s.look_up(vertex, x), s.look_up(vertex, y), s.look_up(vertex, z)];
             sheared.write(rays.shear.apply(s, turned));
         }
-        let mut list = List { entries: [(0, 0); FEW + 1], len: 0 };
+        let mut list = List { entries: [(0, 0); 256], len: 0 };
         let zero = s.splat(0.0);
         for pair in &self.pairs {
             // SAFETY: the loop above wrote all vertices, which these are indices of.

@@ -14,7 +14,7 @@ use crate::sampling::Draw;
 use crate::sampling::dimension::{Decision, group};
 use crate::sampling::rng::unit_f32;
 use crate::sampling::strategy::{Heuristic, Lights, NoRoulette, Roulette, Strategy, Technique};
-use crate::scene::light::{LightSampler, emitted, environment};
+use crate::scene::light::{LightSampler, LightSamples, emitted, environment};
 use crate::scene::{Material, Scene};
 use std::ops::Range;
 
@@ -123,7 +123,8 @@ impl<'a> PathTracer<'a> {
     /// The next edge of eight paths: what it meets, the light that is scattered there, and where it goes on.
     #[inline(always)]
     fn advance<V: Simd, S: Sink>(&self, simd: V, depth: u32, draw: &Draw, paths: &mut Paths, sink: &mut S) {
-        let vertices = self.meet(simd, depth, paths, sink);
+        let mut vertices = Vertices::new();
+        self.meet(simd, depth, paths, &mut vertices, sink);
         if paths.live == 0 {
             return;
         }
@@ -133,9 +134,15 @@ impl<'a> PathTracer<'a> {
 
     /// Traces the rays and adds the emission that they meet. Paths end that escape, reach the last depth or a black side.
     #[inline(always)]
-    fn meet<V: Simd, S: Sink>(&self, simd: V, depth: u32, paths: &mut Paths, sink: &mut S) -> Vertices {
+    fn meet<V: Simd, S: Sink>(
+        &self,
+        simd: V,
+        depth: u32,
+        paths: &mut Paths,
+        vertices: &mut Vertices,
+        sink: &mut S,
+    ) {
         let hits = self.bvh.closest_lanes(simd, &paths.ray, paths.live);
-        let mut vertices = Vertices::new();
         for lane in set_bits(paths.live) {
             let (ray, wo, beta) = (paths.ray.get(lane), paths.wo.get(lane), paths.beta.get(lane));
             // Density and origin of the last drawn direction; none at the camera, where emission counts in full.
@@ -165,7 +172,6 @@ impl<'a> PathTracer<'a> {
             }
             vertices.set(lane, &at, normal, material);
         }
-        vertices
     }
 
     /// The weight of a light that was met by drawing a direction.
@@ -254,7 +260,8 @@ impl<'a> PathTracer<'a> {
             return;
         }
         let words = draw.words_lanes(&paths.sample, group(depth, Decision::Light));
-        let light = self.lights.sample_lanes(self.scene, &at.p, &words, paths.live);
+        let mut light = LightSamples::NONE;
+        self.lights.sample_lanes(self.scene, &at.p, &words, paths.live, &mut light);
         let (mut scattered, mut pdf_direction) = (Vec3Lanes::ZERO, [0.0; LANES]);
         let (mut shadow, mut dark) = (Rays::ZERO, [0; LANES]);
         for lane in 0..LANES {

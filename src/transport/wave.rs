@@ -1,7 +1,7 @@
 //! Paths side by side: the samples of one pixel that advance together, in packets of eight lanes. What lanes without a live
 //! path hold is computed along and never kept.
 
-use crate::accel::{Endpoint, NO_PRIMITIVE, Rays, SurfacePoint};
+use crate::accel::{Endpoint, Rays, SurfacePoint};
 use crate::math::lanes::set_bits;
 use crate::math::{LANES, Rgb, Vec3, Vec3Lanes};
 use crate::moments::BLOCK;
@@ -164,7 +164,7 @@ impl Vertices {
             p_error: zero,
             ng: zero,
             normal: zero,
-            triangle: [NO_PRIMITIVE; LANES],
+            triangle: [0; LANES],
             material: [Material::Black; LANES],
         }
     }

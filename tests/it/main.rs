@@ -9,3 +9,4 @@ mod sampling;
 mod scene_reader;
 mod support;
 mod warps;
+mod waves;

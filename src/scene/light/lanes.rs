@@ -3,7 +3,7 @@
 use super::area::{LightPoint, Patch};
 use super::choice::{Entry, Kind};
 use super::{LightSample, LightSampler, LightTarget};
-use crate::accel::{Endpoint, NO_PRIMITIVE};
+use crate::accel::Endpoint;
 use crate::math::density::Area;
 use crate::math::lanes::{bits, lane_of, set_bits};
 use crate::math::{LANES, Vec3, Vec3Lanes};
@@ -48,10 +48,10 @@ impl LightSamples {
             p: zero,
             p_error: zero,
             ng: zero,
-            triangle: [NO_PRIMITIVE; LANES],
+            triangle: [0; LANES],
             wi: zero,
             emitted: zero,
-            pdf: [1.0; LANES],
+            pdf: [0.0; LANES],
             light: [0; LANES],
         }
     };
@@ -122,31 +122,27 @@ impl Patches {
 }
 
 impl LightSampler {
-    /// [`Self::sample`] for the points whose bit is set in `live`, with the same bits; `[word][lane]`.
+    /// [`Self::sample`] for the points whose bit is set in `live`, with the same bits, into empty `samples`; `[word][lane]`.
     #[inline(always)]
-    pub fn sample_lanes(&self, scene: &Scene, p: &Vec3Lanes, words: &[[u32; LANES]; 4], live: u32) -> LightSamples {
+    pub fn sample_lanes(&self, scene: &Scene, p: &Vec3Lanes, words: &[[u32; LANES]; 4], live: u32, samples: &mut LightSamples) {
         if self.patches_alone {
-            return self.sample_patches(p, words, live);
+            return self.sample_patches(p, words, live, samples);
         }
-        let mut samples = LightSamples::NONE;
         for lane in set_bits(live) {
             if let Some(sample) = self.sample(scene, p.get(lane), lane_of(words, lane)) {
                 samples.set(lane, &sample);
             }
         }
-        samples
     }
 
     /// All lights are parallelograms sampled by area: what differs is looked up first, then all lanes run the same code.
     #[inline(always)]
-    fn sample_patches(&self, p: &Vec3Lanes, words: &[[u32; LANES]; 4], live: u32) -> LightSamples {
+    fn sample_patches(&self, p: &Vec3Lanes, words: &[[u32; LANES]; 4], live: u32, samples: &mut LightSamples) {
         let zero = Vec3Lanes::ZERO;
         let mut patches =
             Patches { corner: zero, u: zero, v: zero, ng: zero, density: [0.0; LANES], start: [0; LANES] };
-        let mut samples = LightSamples::NONE;
         let mut choice_pdf = [0.0; LANES];
-        for lane in set_bits(live) {
-            let index = self.choice.pick(words[2][lane]);
+        let mut look_up = |lane: usize, index: usize| {
             let Entry { light, radiance, kind } = &self.entries[index];
             if let Kind::Area(emitter) = kind
                 && let Some(patch) = emitter.patch()
@@ -156,6 +152,12 @@ impl LightSampler {
             choice_pdf[lane] = self.choice.pmf(index);
             samples.emitted.set(lane, *radiance);
             samples.light[lane] = *light;
+        };
+        if self.entries.len() == 1 {
+            // No choice: the same for all lanes.
+            (0..LANES).for_each(|lane| look_up(lane, 0));
+        } else {
+            set_bits(live).for_each(|lane| look_up(lane, self.choice.pick(words[2][lane])));
         }
         let mut hidden = [0; LANES];
         for lane in 0..LANES {
@@ -170,9 +172,8 @@ impl LightSampler {
             samples.ng.set(lane, ng);
             samples.triangle[lane] = triangle;
             samples.wi.set(lane, wi.unwrap_or(Vec3::ZERO));
-            samples.pdf[lane] = pdf.map_or(1.0, |d| d.0 * choice_pdf[lane]);
+            samples.pdf[lane] = pdf.map_or(0.0, |d| d.0 * choice_pdf[lane]);
         }
         samples.lanes = live & !bits(&hidden);
-        samples
     }
 }
