@@ -4,9 +4,7 @@
 
 use super::simd::Simd;
 use super::slab::{Bounds, WideSlabs};
-use super::triangle::{
-    Crossing, REACH, Shear, WideShear, bounds, decide, distance, edge, settle_ends, within,
-};
+use super::triangle::{Crossing, REACH, Shear, WideShear, bounds, decide, distance, edge, settle_ends, within};
 use super::{Hits, NO_PRIMITIVE, Rays};
 use crate::math::lanes::set_bits;
 use crate::math::{LANES, Vec3};
@@ -149,7 +147,11 @@ impl Few {
             let mut crossing = Crossing::new(s, &p);
             crossing.settle(s, &p);
             let (near, far) = slabs.one_box(s, &triangle.bounds);
-            let mut lanes = u32::from(lanes) & crossing.lanes & within(s, &p, eight.reach) & s.le(near, far) & !eight.ends_on(s, index);
+            let mut lanes = u32::from(lanes)
+                & crossing.lanes
+                & within(s, &p, eight.reach)
+                & s.le(near, far)
+                & !eight.ends_on(s, index);
             let mut t = distance(s, &crossing.weight, &p, near, far);
             let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(eight.t_max, far));
             if doubtful != 0 {

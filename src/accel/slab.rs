@@ -5,10 +5,10 @@
 //! the far planes, so that the test costs no more than an exact one. All steps are monotonic in the planes; hence the
 //! interval of a box contains that of every box inside it, bit for bit.
 
-use super::{Ray, Rays};
 use super::simd::Simd;
-use crate::math::{LANES, Vec3};
+use super::{Ray, Rays};
 use crate::math::robust::UNIT_ROUNDOFF;
+use crate::math::{LANES, Vec3};
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,13 +54,7 @@ impl Slabs {
             _ => rcp[2].abs() * reach[2],
         };
         // Shear error: 2u|v−o| + 5u|d/dz|·|vz−oz|; the last term covers the rounding of o ± pad.
-        let mut slabs = Self {
-            near_origin: o,
-            far_origin: o,
-            near_rcp: rcp,
-            far_rcp: rcp,
-            negative: [0; 3],
-        };
+        let mut slabs = Self { near_origin: o, far_origin: o, near_rcp: rcp, far_rcp: rcp, negative: [0; 3] };
         for a in 0..3 {
             let error = UNIT_ROUNDOFF * (4.0 * reach[a] + 8.0 * d[a].abs() * slope + 2.0 * o[a].abs());
             let pad = error.copysign(d[a]);

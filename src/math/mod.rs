@@ -10,6 +10,6 @@ pub mod trig;
 pub mod warp;
 
 pub use frame::Frame;
-pub use lanes::{LANES, Vec3Lanes};
 pub use glam::{Affine3A, Mat4, Vec2, Vec3};
+pub use lanes::{LANES, Vec3Lanes};
 pub use rgb::Rgb;

@@ -5,5 +5,5 @@ pub mod sink;
 mod wave;
 
 pub use path::PathTracer;
-pub use wave::WAVE;
 pub use sink::{Contribution, NoSink, Sink, Vertex, Via};
+pub use wave::WAVE;

@@ -7,7 +7,7 @@ use super::sink::{Bounce, Contribution, Sink, Vertex, Via};
 use super::wave::{Paths, Vertices, Wave};
 use crate::accel::bvh::Bvh;
 use crate::accel::simd::Simd;
-use crate::accel::{Hit, Ray, Rays, SurfacePoint, leave, segment};
+use crate::accel::{Ray, Rays, SurfacePoint, leave, segment};
 use crate::math::lanes::{bits, lane_of, set_bits};
 use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
 use crate::sampling::Draw;
@@ -134,14 +134,7 @@ impl<'a> PathTracer<'a> {
 
     /// Traces the rays and adds the emission that they meet. Paths end that escape, reach the last depth or a black side.
     #[inline(always)]
-    fn meet<V: Simd, S: Sink>(
-        &self,
-        simd: V,
-        depth: u32,
-        paths: &mut Paths,
-        vertices: &mut Vertices,
-        sink: &mut S,
-    ) {
+    fn meet<V: Simd, S: Sink>(&self, simd: V, depth: u32, paths: &mut Paths, vertices: &mut Vertices, sink: &mut S) {
         let hits = self.bvh.closest_lanes(simd, &paths.ray, paths.live);
         for lane in set_bits(paths.live) {
             let (ray, wo, beta) = (paths.ray.get(lane), paths.wo.get(lane), paths.beta.get(lane));
@@ -154,8 +147,8 @@ impl<'a> PathTracer<'a> {
             };
             let at = self.bvh.surface_point(self.scene, &ray, &hit);
             let shape = &self.scene.shapes[at.shape as usize];
-            if let Some(light) = shape.light {
-                paths.add(lane, self.emission(depth, light, &at, &hit, wo, beta, last, sink));
+            if shape.light.is_some() {
+                paths.add(lane, self.emission(depth, &at, wo, beta, last, sink));
             }
             if depth >= self.max_depth {
                 paths.end(lane);
@@ -187,14 +180,13 @@ impl<'a> PathTracer<'a> {
     fn emission<S: Sink>(
         &self,
         depth: u32,
-        light: u32,
         at: &SurfacePoint,
-        hit: &Hit,
         wo: Vec3,
         beta: Rgb,
         last: Option<(f32, Vec3)>,
         sink: &mut S,
     ) -> Rgb {
+        let Some(light) = self.scene.shapes[at.shape as usize].light else { return Rgb::ZERO };
         let radiance = emitted(self.scene, at, wo);
         if radiance == Rgb::ZERO {
             return Rgb::ZERO;
@@ -203,7 +195,7 @@ impl<'a> PathTracer<'a> {
             None => (0.0, 0.0, 1.0),
             Some((pdf, _)) if self.strategy.lights == Lights::None => (pdf, 0.0, 1.0),
             Some((pdf, from)) => {
-                let pdf_light = self.lights.pdf(self.scene, from, -wo, at, hit.primitive);
+                let pdf_light = self.lights.pdf(self.scene, from, -wo, at, at.triangle);
                 (pdf, pdf_light, self.weight_of_direction(pdf, pdf_light))
             }
         };

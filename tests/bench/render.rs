@@ -73,7 +73,8 @@ fn report(name: &str, path: &Path, folder: &Path) {
         let fill = |pixel: u32, samples: std::ops::Range<u64>, out: &mut [f64]| {
             out.iter_mut().enumerate().for_each(|(i, x)| *x = ((samples.start ^ u64::from(pixel)) + i as u64) as f64);
         };
-        let [cpu, _] = timed(start, || (0..10).for_each(|_| drop(black_box(estimate_by_blocks(shape, SPP, None, fill)))));
+        let [cpu, _] =
+            timed(start, || (0..10).for_each(|_| drop(black_box(estimate_by_blocks(shape, SPP, None, fill)))));
         seconds[1].push(cpu / 10.0);
         seconds[2].push(timed(start, || with_checkpoints(&estimator, &cell, folder))[0]);
     }

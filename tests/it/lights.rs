@@ -164,7 +164,8 @@ fn rectangles_follow_their_densities() {
                 let q = view.p.as_dvec3() + wi * (1e-3 / wi.y);
                 let inside = (view.invert)(q).into_iter().all(|s| (0.0..=1.0).contains(&s));
                 let ng = Vec3::NEG_Y;
-                let hit = SurfacePoint { p: q.as_vec3(), p_error: Vec3::ZERO, ng, ns: ng, shape: 0, triangle: NO_PRIMITIVE };
+                let hit =
+                    SurfacePoint { p: q.as_vec3(), p_error: Vec3::ZERO, ng, ns: ng, shape: 0, triangle: NO_PRIMITIVE };
                 let pdf = f64::from(sampler.pdf(&scene, view.p, wi.as_vec3(), &hit, 0));
                 if inside { factor * TAU * pdf } else { 0.0 }
             };
@@ -252,7 +253,14 @@ fn spheres_follow_their_densities() {
         let cone = height * (1.0 - ((z - 1.0) * (z + 1.0)).sqrt() / z);
         let sampler = LightSampler::new(&scene, Lights::SolidAngle, LightChoice::Power);
         let sample = |i| sampler.sample(&scene, p, words(TEST, i)).map(|s| sphere_point(-s.wi));
-        let hit = SurfacePoint { p: Vec3::Z, p_error: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z, shape: 0, triangle: NO_PRIMITIVE };
+        let hit = SurfacePoint {
+            p: Vec3::Z,
+            p_error: Vec3::ZERO,
+            ng: Vec3::Z,
+            ns: Vec3::Z,
+            shape: 0,
+            triangle: NO_PRIMITIVE,
+        };
         let density = |_: [f64; 2]| TAU * f64::from(sampler.pdf(&scene, p, -Vec3::Z, &hit, 0));
         let p = Chi2 { domain: [[1.0 - cone, 1.0], [0.0, 1.0]], samples: SAMPLES, sample, density }.p_value();
         assert_eq!(p > level(TEST), sound, "height {height}: p = {p:e}");

@@ -110,7 +110,15 @@ impl Emitter {
             &Self::Disk { center, u: du, v: dv, ng, density } => {
                 let d = warp::sample_uniform_disk(u);
                 let (a, b) = (d.x * du, d.y * dv);
-                (LightPoint { p: center + a + b, p_error: 4.0 * ULP * (center.abs() + a.abs() + b.abs()), ng, triangle: NO_PRIMITIVE }, density)
+                (
+                    LightPoint {
+                        p: center + a + b,
+                        p_error: 4.0 * ULP * (center.abs() + a.abs() + b.abs()),
+                        ng,
+                        triangle: NO_PRIMITIVE,
+                    },
+                    density,
+                )
             }
             &Self::Cylinder { p0, axis, frame, radius, flip, density } => {
                 let (s, c) = sin_cos_turns(u[1]);

@@ -124,7 +124,14 @@ impl Patches {
 impl LightSampler {
     /// [`Self::sample`] for the points whose bit is set in `live`, with the same bits, into empty `samples`; `[word][lane]`.
     #[inline(always)]
-    pub fn sample_lanes(&self, scene: &Scene, p: &Vec3Lanes, words: &[[u32; LANES]; 4], live: u32, samples: &mut LightSamples) {
+    pub fn sample_lanes(
+        &self,
+        scene: &Scene,
+        p: &Vec3Lanes,
+        words: &[[u32; LANES]; 4],
+        live: u32,
+        samples: &mut LightSamples,
+    ) {
         if self.patches_alone {
             return self.sample_patches(p, words, live, samples);
         }
