@@ -2,7 +2,7 @@
 
 use super::primitives::{Best, Primitives};
 use super::simd::{Portable, Simd};
-use super::slab::{Axes, Slabs, WideSlabs};
+use super::slab::{Slabs, WideSlabs};
 use super::triangle::{Packet, TriangleRay};
 use super::{Hit, Intersect, Ray};
 use crate::Result;
@@ -28,16 +28,15 @@ impl Brute {
     #[inline(always)]
     fn closest_with<S: Simd>(&self, s: S, ray: &Ray) -> Option<Hit> {
         let mut best = Best::new(ray);
-        let axes = Axes::new(ray.direction);
         if let Some(bounds) = &self.primitives.triangle_bounds {
-            let slabs = WideSlabs::new(s, &Slabs::new(ray, &axes, bounds));
-            let shear = TriangleRay::new(s, ray, &axes);
+            let slabs = WideSlabs::new(s, &Slabs::new(ray, bounds));
+            let shear = TriangleRay::new(s, ray);
             for packet in &self.packets {
                 best.packet(s, packet, &shear, &slabs);
             }
         }
         if let Some(bounds) = &self.primitives.quadric_bounds {
-            let slabs = Slabs::new(ray, &axes, bounds);
+            let slabs = Slabs::new(ray, bounds);
             for quadric in &self.primitives.quadrics {
                 best.quadric(ray, &slabs, quadric);
             }

@@ -1,13 +1,16 @@
 //! The bounding volume hierarchy: one eight-wide tree over the triangles, one over the quadrics, each only where the
 //! scene has such shapes.
 
+use super::few::Few;
 use super::primitives::{Best, BoundedQuadric, Primitives};
 use super::simd::{Portable, Simd};
-use super::slab::{Axes, Slabs, WideSlabs};
+use super::slab::{Slabs, WideSlabs};
+use super::surface::Surface;
 use super::tree::{Leaves, Tree};
 use super::triangle::{Packet, TriangleRay, bounds};
-use super::{Hit, Intersect, Ray};
+use super::{Hit, Hits, Intersect, Ray, Rays, SurfacePoint};
 use crate::Result;
+use crate::math::lanes::set_bits;
 use crate::scene::Scene;
 
 /// The fast intersector. Gives the same bits as [`super::brute::Brute`], with AVX2 or without.
@@ -16,6 +19,10 @@ pub struct Bvh {
     triangles: Option<(Tree, Vec<Packet>)>,
     /// The tree's leaves are indices of quadrics.
     quadrics: Option<(Tree, Vec<BoundedQuadric>)>,
+    /// Only where the scene has few triangles.
+    few: Option<Few>,
+    /// Of each triangle.
+    surfaces: Vec<Surface>,
     #[cfg(target_arch = "x86_64")]
     avx2: Option<super::simd::Avx2>,
 }
@@ -36,49 +43,106 @@ impl Bvh {
         let boxes: Vec<_> = primitives.quadrics.iter().map(|q| q.bounds).collect();
         let quadrics = Tree::new(&boxes, 1, |leaf| leaf[0]);
         Ok(Self {
+            few: Few::new(&primitives.triangles),
             triangles: triangles.map(|tree| (tree, packets)),
             quadrics: quadrics.map(|tree| (tree, primitives.quadrics)),
+            surfaces: (0..scene.triangles.len() as u32).map(|t| Surface::new(scene, t)).collect(),
             #[cfg(target_arch = "x86_64")]
             avx2: super::simd::Avx2::detect(),
         })
+    }
+
+    /// [`Scene::surface_point`] from tables; `scene` must be the one that the BVH was built for.
+    #[inline(always)]
+    pub fn surface_point(&self, scene: &Scene, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        match self.surfaces.get(hit.primitive as usize) {
+            Some(surface) => surface.point(scene, hit),
+            None => scene.quadric_point(ray, hit, hit.primitive - self.surfaces.len() as u32),
+        }
     }
 
     /// [`Intersect::closest`] with a chosen instruction set, to be inlined into a caller compiled for it.
     #[inline(always)]
     pub fn closest_with<S: Simd>(&self, s: S, ray: &Ray) -> Option<Hit> {
         let mut best = Best::new(ray);
-        let axes = Axes::new(ray.direction);
         if let Some((tree, packets)) = &self.triangles {
-            let mut leaves = ClosestTriangle { packets, ray: TriangleRay::new(s, ray, &axes), best: &mut best };
-            tree.walk::<S, _, true>(s, leaves.best.hit.t, &Slabs::new(ray, &axes, &tree.bounds), &mut leaves);
+            let mut leaves = ClosestTriangle { packets, ray: TriangleRay::new(s, ray), best: &mut best };
+            tree.walk::<S, _, true>(s, leaves.best.hit.t, &Slabs::new(ray, &tree.bounds), &mut leaves);
         }
+        self.closest_quadric(s, ray, &mut best);
+        best.hit()
+    }
+
+    #[inline(always)]
+    fn closest_quadric<S: Simd>(&self, s: S, ray: &Ray, best: &mut Best) {
         if let Some((tree, quadrics)) = &self.quadrics {
-            let slabs = Slabs::new(ray, &axes, &tree.bounds);
-            let mut leaves = ClosestQuadric { quadrics, ray, slabs: &slabs, best: &mut best };
+            let slabs = Slabs::new(ray, &tree.bounds);
+            let mut leaves = ClosestQuadric { quadrics, ray, slabs: &slabs, best };
             tree.walk::<S, _, true>(s, leaves.best.hit.t, &slabs, &mut leaves);
         }
-        best.hit()
+    }
+
+    /// [`Self::closest_with`] for the lanes whose bit is set in `live`; the others may hold anything.
+    #[inline(always)]
+    pub fn closest_lanes<S: Simd>(&self, s: S, rays: &Rays, live: u32) -> Hits {
+        let Some(few) = &self.few else {
+            let mut hits = Hits::NONE;
+            for lane in set_bits(live) {
+                if let Some(hit) = self.closest_with(s, &rays.get(lane)) {
+                    hits.set(lane, hit);
+                }
+            }
+            return hits;
+        };
+        let mut hits = few.closest(s, rays, live);
+        if self.quadrics.is_some() {
+            for lane in set_bits(live) {
+                let ray = rays.get(lane);
+                let mut best = Best::new(&ray);
+                best.hit = hits.get(lane).unwrap_or(best.hit);
+                self.closest_quadric(s, &ray, &mut best);
+                hits.set(lane, best.hit);
+            }
+        }
+        hits
+    }
+
+    /// [`Self::occluded_with`] for the lanes whose bit is set in `live`: their answers as bits.
+    #[inline(always)]
+    pub fn occluded_lanes<S: Simd>(&self, s: S, rays: &Rays, live: u32) -> u32 {
+        let Some(few) = &self.few else {
+            return set_bits(live)
+                .fold(0, |found, lane| found | u32::from(self.occluded_with(s, &rays.get(lane))) << lane);
+        };
+        let found = few.occluded(s, rays, live);
+        if self.quadrics.is_none() {
+            return found;
+        }
+        set_bits(live & !found)
+            .fold(found, |found, lane| found | u32::from(self.meets_quadric(s, &rays.get(lane))) << lane)
     }
 
     /// [`Intersect::occluded`] with a chosen instruction set, to be inlined into a caller compiled for it.
     #[inline(always)]
     pub fn occluded_with<S: Simd>(&self, s: S, ray: &Ray) -> bool {
         let end = ray.t_max.next_down();
-        let axes = Axes::new(ray.direction);
         if let Some((tree, packets)) = &self.triangles {
-            let mut leaves = AnyTriangle { packets, ray: TriangleRay::new(s, ray, &axes), found: false };
-            tree.walk::<S, _, false>(s, end, &Slabs::new(ray, &axes, &tree.bounds), &mut leaves);
+            let mut leaves = AnyTriangle { packets, ray: TriangleRay::new(s, ray), found: false };
+            tree.walk::<S, _, false>(s, end, &Slabs::new(ray, &tree.bounds), &mut leaves);
             if leaves.found {
                 return true;
             }
         }
-        if let Some((tree, quadrics)) = &self.quadrics {
-            let slabs = Slabs::new(ray, &axes, &tree.bounds);
-            let mut leaves = AnyQuadric { quadrics, ray, slabs: &slabs, found: false };
-            tree.walk::<S, _, false>(s, end, &slabs, &mut leaves);
-            return leaves.found;
-        }
-        false
+        self.meets_quadric(s, ray)
+    }
+
+    #[inline(always)]
+    fn meets_quadric<S: Simd>(&self, s: S, ray: &Ray) -> bool {
+        let Some((tree, quadrics)) = &self.quadrics else { return false };
+        let slabs = Slabs::new(ray, &tree.bounds);
+        let mut leaves = AnyQuadric { quadrics, ray, slabs: &slabs, found: false };
+        tree.walk::<S, _, false>(s, ray.t_max.next_down(), &slabs, &mut leaves);
+        leaves.found
     }
 
     #[cfg(target_arch = "x86_64")]

@@ -2,6 +2,7 @@
 
 pub mod brute;
 pub mod bvh;
+mod few;
 mod primitives;
 mod quadric;
 pub mod simd;
@@ -12,7 +13,10 @@ mod triangle;
 
 pub use surface::{Endpoint, leave, segment};
 
-use crate::math::Vec3;
+use crate::math::{LANES, Vec3, Vec3Lanes};
+
+/// Stands for no primitive: ends of rays in free space or on curved surfaces.
+pub const NO_PRIMITIVE: u32 = u32::MAX;
 
 /// A ray or segment: points `origin + t·direction`, `0 <= t < t_max`. The direction need not be normalised.
 /// No smallest `t`: a ray that leaves a surface starts at an origin moved off it by the error bound of the hit point
@@ -26,6 +30,97 @@ pub struct Ray {
     pub direction: Vec3,
     /// End of the segment, exclusive.
     pub t_max: f32,
+    /// Triangle that the ray starts on, as in [`Hit::primitive`]: it is flat, so the ray cannot hit it again.
+    pub from: u32,
+    /// Triangle that the segment ends on: it does not block the segment.
+    pub to: u32,
+}
+
+impl Ray {
+    /// A ray that starts and ends in free space.
+    #[inline(always)]
+    pub fn new(origin: Vec3, direction: Vec3, t_max: f32) -> Self {
+        Self { origin, direction, t_max, from: NO_PRIMITIVE, to: NO_PRIMITIVE }
+    }
+}
+
+/// Eight rays side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Rays {
+    /// See [`Ray::origin`].
+    pub origin: Vec3Lanes,
+    /// See [`Ray::direction`].
+    pub direction: Vec3Lanes,
+    /// See [`Ray::t_max`].
+    pub t_max: [f32; LANES],
+    /// See [`Ray::from`].
+    pub from: [u32; LANES],
+    /// See [`Ray::to`].
+    pub to: [u32; LANES],
+}
+
+impl Rays {
+    /// No rays: all directions are zero.
+    pub const ZERO: Self = Self {
+        origin: Vec3Lanes::ZERO,
+        direction: Vec3Lanes::ZERO,
+        t_max: [0.0; LANES],
+        from: [0; LANES],
+        to: [0; LANES],
+    };
+
+    /// The ray of a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Ray {
+        Ray {
+            origin: self.origin.get(lane),
+            direction: self.direction.get(lane),
+            t_max: self.t_max[lane],
+            from: self.from[lane],
+            to: self.to[lane],
+        }
+    }
+
+    /// Replaces the ray of a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, ray: Ray) {
+        self.origin.set(lane, ray.origin);
+        self.direction.set(lane, ray.direction);
+        self.t_max[lane] = ray.t_max;
+        self.from[lane] = ray.from;
+        self.to[lane] = ray.to;
+    }
+}
+
+/// The nearest intersections of eight rays: see [`Hit`].
+#[derive(Clone, Copy, Debug)]
+pub struct Hits {
+    /// Distances.
+    pub t: [f32; LANES],
+    /// Primitives; [`NO_PRIMITIVE`] where nothing was hit.
+    pub primitive: [u32; LANES],
+    /// Weights of vertex 1.
+    pub u: [f32; LANES],
+    /// Weights of vertex 2.
+    pub v: [f32; LANES],
+}
+
+impl Hits {
+    /// No hits.
+    pub const NONE: Self =
+        Self { t: [f32::INFINITY; LANES], primitive: [NO_PRIMITIVE; LANES], u: [0.0; LANES], v: [0.0; LANES] };
+
+    /// The hit of a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Option<Hit> {
+        let hit = Hit { t: self.t[lane], primitive: self.primitive[lane], u: self.u[lane], v: self.v[lane] };
+        (hit.primitive != NO_PRIMITIVE).then_some(hit)
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, hit: Hit) {
+        (self.t[lane], self.primitive[lane], self.u[lane], self.v[lane]) = (hit.t, hit.primitive, hit.u, hit.v);
+    }
 }
 
 /// The nearest intersection of a ray.
@@ -63,4 +158,6 @@ pub struct SurfacePoint {
     pub ns: Vec3,
     /// Index into [`crate::scene::Scene::shapes`].
     pub shape: u32,
+    /// The triangle it lies on, as in [`Hit::primitive`]; [`NO_PRIMITIVE`] on curved surfaces.
+    pub triangle: u32,
 }

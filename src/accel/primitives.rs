@@ -4,10 +4,11 @@ use super::quadric::Quadric;
 use super::simd::Simd;
 use super::slab::{Bounds, Slabs, WideSlabs};
 use super::tree::traceable;
-use super::triangle::{self, Packet, TriangleRay, set_bits};
+use super::triangle::{self, Packet, TriangleRay};
 use super::{Hit, Ray};
 use crate::error::{Error, Place, Result};
 use crate::math::Vec3;
+use crate::math::lanes::set_bits;
 use crate::scene::Scene;
 
 /// A quadric with its box and its primitive index.

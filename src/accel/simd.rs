@@ -30,6 +30,14 @@ pub trait Simd: Copy {
     fn le(self, a: Self::F, b: Self::F) -> u32;
     /// Bit i: a\[i\] = b\[i\] (false for NaN).
     fn eq(self, a: Self::F, b: Self::F) -> u32;
+    /// Bit i set ? a\[i\] : b\[i\]
+    fn select(self, lanes: u32, a: Self::F, b: Self::F) -> Self::F;
+    /// Eight indices, below four.
+    type I: Copy;
+    /// The eight indices.
+    fn indices(self, i: &[u32; 8]) -> Self::I;
+    /// table\[i\]
+    fn look_up(self, table: &[f32; 4], i: Self::I) -> Self::F;
 }
 
 /// Plain arrays.
@@ -92,6 +100,19 @@ impl Simd for Portable {
     fn eq(self, a: [f32; 8], b: [f32; 8]) -> u32 {
         mask(a, b, |a, b| a == b)
     }
+    #[inline(always)]
+    fn select(self, lanes: u32, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        std::array::from_fn(|i| if lanes >> i & 1 == 1 { a[i] } else { b[i] })
+    }
+    type I = [u32; 8];
+    #[inline(always)]
+    fn indices(self, i: &[u32; 8]) -> [u32; 8] {
+        *i
+    }
+    #[inline(always)]
+    fn look_up(self, table: &[f32; 4], i: [u32; 8]) -> [f32; 8] {
+        i.map(|i| table[i as usize & 3])
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -111,6 +132,15 @@ mod avx2 {
         /// `None` where the processor lacks AVX2.
         pub fn detect() -> Option<Self> {
             is_x86_feature_detected!("avx2").then_some(Self(()))
+        }
+
+        /// Whether the processor also has the AVX-512 instructions for eight lanes: the same operations with more registers and
+        /// masks, in a function with `#[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq")]`.
+        pub fn has_avx512(self) -> bool {
+            is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512dq")
         }
     }
 
@@ -172,6 +202,26 @@ mod avx2 {
         fn eq(self, a: __m256, b: __m256) -> u32 {
             // SAFETY: as in `splat`.
             unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(a, b)) as u32 }
+        }
+        #[inline(always)]
+        fn select(self, lanes: u32, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: as in `splat`.
+            unsafe {
+                let bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+                let set = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(lanes as i32), bit), bit);
+                _mm256_blendv_ps(b, a, _mm256_castsi256_ps(set))
+            }
+        }
+        type I = __m256i;
+        #[inline(always)]
+        fn indices(self, i: &[u32; 8]) -> __m256i {
+            // SAFETY: as in `splat`; eight readable integers, no alignment needed.
+            unsafe { _mm256_loadu_si256(i.as_ptr().cast()) }
+        }
+        #[inline(always)]
+        fn look_up(self, table: &[f32; 4], i: __m256i) -> __m256 {
+            // SAFETY: as in `splat`; four readable floats, no alignment needed.
+            unsafe { _mm256_permutevar_ps(_mm256_broadcast_ps(&_mm_loadu_ps(table.as_ptr())), i) }
         }
     }
 }

@@ -5,10 +5,10 @@
 //! the far planes, so that the test costs no more than an exact one. All steps are monotonic in the planes; hence the
 //! interval of a box contains that of every box inside it, bit for bit.
 
-use super::Ray;
 use super::simd::Simd;
-use crate::math::Vec3;
+use super::{Ray, Rays};
 use crate::math::robust::UNIT_ROUNDOFF;
+use crate::math::{LANES, Vec3};
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,25 +30,6 @@ impl Bounds {
     }
 }
 
-/// What all tests want to know of a direction.
-pub(crate) struct Axes {
-    /// 1/direction.
-    pub(crate) rcp: Vec3,
-    /// Axis of the largest component.
-    pub(crate) z: usize,
-}
-
-impl Axes {
-    #[inline(always)]
-    pub(crate) fn new(direction: Vec3) -> Self {
-        let d = direction.abs();
-        // Without branches: random directions would mispredict them.
-        let xy = usize::from(d.y > d.x);
-        let z = if d.z > d.x.max(d.y) { 2 } else { xy };
-        Self { rcp: direction.recip(), z }
-    }
-}
-
 /// Per-ray constants of the box test.
 pub(crate) struct Slabs {
     near_origin: [f32; 3],
@@ -62,21 +43,29 @@ pub(crate) struct Slabs {
 impl Slabs {
     /// For boxes inside `scene`.
     #[inline(always)]
-    pub(crate) fn new(ray: &Ray, axes: &Axes, scene: &Bounds) -> Self {
-        let (o, d) = (ray.origin, ray.direction);
-        let reach = (scene.lo - o).abs().max((scene.hi - o).abs());
-        let (rcp_z, reach_z) = (axes.rcp.to_array()[axes.z].abs(), reach.to_array()[axes.z]);
+    pub(crate) fn new(ray: &Ray, scene: &Bounds) -> Self {
+        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
+        let reach = (scene.lo - ray.origin).abs().max((scene.hi - ray.origin).abs()).to_array();
+        let rcp = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
+        let z = longest_axis(ray.direction);
+        let slope = match z {
+            0 => rcp[0].abs() * reach[0],
+            1 => rcp[1].abs() * reach[1],
+            _ => rcp[2].abs() * reach[2],
+        };
         // Shear error: 2u|v−o| + 5u|d/dz|·|vz−oz|; the last term covers the rounding of o ± pad.
-        let pad = (reach * 4.0 + d.abs() * rcp_z * (8.0 * reach_z) + o.abs() * 2.0) * UNIT_ROUNDOFF;
-        let pad = pad.copysign(d);
-        Self {
-            near_origin: (o + pad).to_array(),
-            far_origin: (o - pad).to_array(),
+        let mut slabs = Self { near_origin: o, far_origin: o, near_rcp: rcp, far_rcp: rcp, negative: [0; 3] };
+        for a in 0..3 {
+            let error = UNIT_ROUNDOFF * (4.0 * reach[a] + 8.0 * d[a].abs() * slope + 2.0 * o[a].abs());
+            let pad = error.copysign(d[a]);
+            slabs.near_origin[a] += pad;
+            slabs.far_origin[a] -= pad;
             // Four roundings in (plane − origin)·rcp·factor.
-            near_rcp: (axes.rcp * (1.0 - 6.0 * UNIT_ROUNDOFF)).to_array(),
-            far_rcp: (axes.rcp * (1.0 + 6.0 * UNIT_ROUNDOFF)).to_array(),
-            negative: [d.x, d.y, d.z].map(|d| (d.to_bits() >> 31) as usize),
+            slabs.near_rcp[a] *= 1.0 - 6.0 * UNIT_ROUNDOFF;
+            slabs.far_rcp[a] *= 1.0 + 6.0 * UNIT_ROUNDOFF;
+            slabs.negative[a] = usize::from(d[a].is_sign_negative());
         }
+        slabs
     }
 
     /// The interval of one box: same bits as a lane of [`WideSlabs`].
@@ -100,10 +89,46 @@ pub(crate) struct WideSlabs<S: Simd> {
     far_origin: [S::F; 3],
     near_rcp: [S::F; 3],
     far_rcp: [S::F; 3],
+    /// 1 or 0 where the lanes belong to one ray, else a bit for each lane.
     negative: [usize; 3],
 }
 
 impl<S: Simd> WideSlabs<S> {
+    /// Of eight rays, for [`Self::one_box`].
+    #[inline(always)]
+    pub(crate) fn of_rays(s: S, rays: &Rays, scene: &Bounds) -> Self {
+        let mut constants = [[[0.0; LANES]; 3]; 4];
+        let mut negative = [0; 3];
+        for lane in 0..LANES {
+            let slabs = Slabs::new(&rays.get(lane), scene);
+            for axis in 0..3 {
+                constants[0][axis][lane] = slabs.near_origin[axis];
+                constants[1][axis][lane] = slabs.far_origin[axis];
+                constants[2][axis][lane] = slabs.near_rcp[axis];
+                constants[3][axis][lane] = slabs.far_rcp[axis];
+            }
+        }
+        for (axis, negative) in negative.iter_mut().enumerate() {
+            let d = [&rays.direction.x, &rays.direction.y, &rays.direction.z][axis];
+            *negative = (0..LANES).fold(0, |bits, lane| bits | usize::from(d[lane].is_sign_negative()) << lane);
+        }
+        let load = |c: usize| [s.load(&constants[c][0]), s.load(&constants[c][1]), s.load(&constants[c][2])];
+        Self { near_origin: load(0), far_origin: load(1), near_rcp: load(2), far_rcp: load(3), negative }
+    }
+
+    /// Near (not below 0) and far distances of one box for eight rays: lanes have the bits of [`Slabs::interval`].
+    #[inline(always)]
+    pub(crate) fn one_box(&self, s: S, bounds: &Bounds) -> (S::F, S::F) {
+        let (mut near, mut far) = (s.splat(0.0), s.splat(f32::INFINITY));
+        for axis in 0..3 {
+            let (lower, upper) = (s.splat(bounds.lo[axis]), s.splat(bounds.hi[axis]));
+            let negative = self.negative[axis] as u32;
+            let (entry, exit) = (s.select(negative, upper, lower), s.select(negative, lower, upper));
+            (near, far) = self.clip(s, axis, entry, exit, near, far);
+        }
+        (near, far)
+    }
+
     #[inline(always)]
     pub(crate) fn new(s: S, slabs: &Slabs) -> Self {
         Self {
@@ -115,6 +140,14 @@ impl<S: Simd> WideSlabs<S> {
         }
     }
 
+    /// The part of [near, far] between two planes.
+    #[inline(always)]
+    fn clip(&self, s: S, axis: usize, entry: S::F, exit: S::F, near: S::F, far: S::F) -> (S::F, S::F) {
+        let t0 = s.mul(s.sub(entry, self.near_origin[axis]), self.near_rcp[axis]);
+        let t1 = s.mul(s.sub(exit, self.far_origin[axis]), self.far_rcp[axis]);
+        (s.max(t0, near), s.min(t1, far))
+    }
+
     /// Near (not below 0) and far (not above `limit`) distances of eight boxes, planes as `[axis][lower, upper]`.
     /// A NaN (0·∞: origin on a plane that the ray is parallel to) is ignored by the order of the min/max operands.
     #[inline(always)]
@@ -122,10 +155,8 @@ impl<S: Simd> WideSlabs<S> {
         let (mut near, mut far) = (s.splat(0.0), s.splat(limit));
         for (axis, planes) in planes.iter().enumerate() {
             let negative = self.negative[axis];
-            let t0 = s.mul(s.sub(s.load(&planes[negative]), self.near_origin[axis]), self.near_rcp[axis]);
-            let t1 = s.mul(s.sub(s.load(&planes[1 - negative]), self.far_origin[axis]), self.far_rcp[axis]);
-            near = s.max(t0, near);
-            far = s.min(t1, far);
+            let (entry, exit) = (s.load(&planes[negative]), s.load(&planes[1 - negative]));
+            (near, far) = self.clip(s, axis, entry, exit, near, far);
         }
         (near, far)
     }
@@ -139,8 +170,7 @@ impl<S: Simd> WideSlabs<S> {
             let (a, b, c) = (s.load(a), s.load(b), s.load(c));
             let (lower, upper) = (s.min(s.min(a, b), c), s.max(s.max(a, b), c));
             let (entry, exit) = if self.negative[axis] == 1 { (upper, lower) } else { (lower, upper) };
-            near = s.max(s.mul(s.sub(entry, self.near_origin[axis]), self.near_rcp[axis]), near);
-            far = s.min(s.mul(s.sub(exit, self.far_origin[axis]), self.far_rcp[axis]), far);
+            (near, far) = self.clip(s, axis, entry, exit, near, far);
         }
         (near, far)
     }
@@ -149,4 +179,17 @@ impl<S: Simd> WideSlabs<S> {
 #[inline(always)]
 fn splat3<S: Simd>(s: S, x: [f32; 3]) -> [S::F; 3] {
     [s.splat(x[0]), s.splat(x[1]), s.splat(x[2])]
+}
+
+/// Axis of the largest direction component.
+#[inline(always)]
+pub(crate) fn longest_axis(d: Vec3) -> u32 {
+    let d = d.abs();
+    if d.x >= d.y {
+        if d.x >= d.z { 0 } else { 2 }
+    } else if d.y >= d.z {
+        1
+    } else {
+        2
+    }
 }

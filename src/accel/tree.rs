@@ -3,8 +3,8 @@
 
 use super::simd::Simd;
 use super::slab::{Bounds, Slabs, WideSlabs};
-use super::triangle::set_bits;
 use crate::math::Vec3;
+use crate::math::lanes::set_bits;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;

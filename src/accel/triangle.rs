@@ -9,11 +9,15 @@
 //! - in front or behind, before or beyond `t_max`: where the box interval leaves no doubt, by it; else by the side of the
 //!   triangle's plane that origin (end) lies on, in f64. So a ray that starts off its surface by the error bound of the
 //!   hit point does not find that surface again, however grazing, and one that starts 1e-30 before a wall finds it.
+//! - never a triangle that lies wholly behind the origin or beyond the end along the longest axis;
+//! - never the triangle that the ray says it starts or ends on.
 
 use super::Ray;
 use super::simd::Simd;
-use super::slab::{Axes, Bounds, WideSlabs};
+use super::slab::{Bounds, WideSlabs, longest_axis};
 use crate::math::Vec3;
+use crate::math::lanes::set_bits;
+use crate::math::robust::UNIT_ROUNDOFF;
 use glam::DVec3;
 
 /// Eight triangles: `vertex[v][axis][lane]`. Unused lanes are NaN, which no comparison passes.
@@ -24,42 +28,133 @@ pub(crate) struct Packet {
     pub(crate) primitive: [u32; 8],
 }
 
+/// The shear that makes a ray the z axis.
+#[derive(Clone, Copy)]
+pub(super) struct Shear {
+    /// x, y, z axis of the sheared space; z is the direction's longest.
+    pub(super) axes: [u32; 3],
+    pub(super) origin: [f32; 3],
+    /// dx/dz, dy/dz, 1/dz.
+    pub(super) shear: [f32; 3],
+}
+
+impl Shear {
+    #[inline(always)]
+    pub(super) fn new(ray: &Ray) -> Self {
+        let z = longest_axis(ray.direction);
+        let x = if z == 2 { 0 } else { z + 1 };
+        let y = if x == 2 { 0 } else { x + 1 };
+        // Selections, not indices: they stay in registers.
+        let pick = |v: Vec3, axis| match axis {
+            0 => v.x,
+            1 => v.y,
+            _ => v.z,
+        };
+        let permute = |v| [pick(v, x), pick(v, y), pick(v, z)];
+        let d = permute(ray.direction);
+        let rcp = 1.0 / d[2];
+        Self { axes: [x, y, z], origin: permute(ray.origin), shear: [d[0] * rcp, d[1] * rcp, rcp] }
+    }
+}
+
+/// [`Shear`] for lanes: of one ray or of eight.
+pub(super) struct WideShear<S: Simd> {
+    pub(super) origin: [S::F; 3],
+    pub(super) shear: [S::F; 3],
+}
+
+impl<S: Simd> WideShear<S> {
+    /// A vertex relative to the origin, sheared so that the ray is the z axis; depth in units of t.
+    #[inline(always)]
+    pub(super) fn apply(&self, s: S, [x, y, z]: [S::F; 3]) -> [S::F; 3] {
+        let depth = s.sub(z, self.origin[2]);
+        [
+            s.sub(s.sub(x, self.origin[0]), s.mul(self.shear[0], depth)),
+            s.sub(s.sub(y, self.origin[1]), s.mul(self.shear[1], depth)),
+            s.mul(self.shear[2], depth),
+        ]
+    }
+}
+
 /// Per-ray constants of the triangle test.
 pub(crate) struct TriangleRay<S: Simd> {
-    /// x, y, z axis of the sheared space; z is the direction's longest.
-    axes: [usize; 3],
-    origin: [S::F; 3],
-    /// dx/dz, dy/dz, 1/dz.
-    shear: [S::F; 3],
+    axes: [u32; 3],
+    shear: WideShear<S>,
     ray: Ray,
 }
 
 impl<S: Simd> TriangleRay<S> {
     #[inline(always)]
-    pub(crate) fn new(s: S, ray: &Ray, axes: &Axes) -> Self {
-        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-        let z = axes.z;
-        let x = if z == 2 { 0 } else { z + 1 };
-        let y = if z == 0 { 2 } else { z - 1 };
-        let rcp = axes.rcp.to_array()[z];
-        Self {
-            axes: [x, y, z],
-            origin: [s.splat(o[x]), s.splat(o[y]), s.splat(o[z])],
-            shear: [s.splat(d[x] * rcp), s.splat(d[y] * rcp), s.splat(rcp)],
-            ray: *ray,
-        }
+    pub(crate) fn new(s: S, ray: &Ray) -> Self {
+        let Shear { axes, origin: o, shear: k } = Shear::new(ray);
+        let shear = WideShear {
+            origin: [s.splat(o[0]), s.splat(o[1]), s.splat(o[2])],
+            shear: [s.splat(k[0]), s.splat(k[1]), s.splat(k[2])],
+        };
+        Self { axes, shear, ray: *ray }
     }
 }
+
+/// Eight sheared triangles against the z axis.
+pub(super) struct Crossing<S: Simd> {
+    /// Where the axis crosses the triangle; edges that it meets to the last bit are not settled yet.
+    pub(super) lanes: u32,
+    /// Edge functions: barycentric weights times their sum.
+    pub(super) weight: [S::F; 3],
+    least: S::F,
+    most: S::F,
+}
+
+impl<S: Simd> Crossing<S> {
+    #[inline(always)]
+    pub(super) fn new(s: S, p: &[[S::F; 3]; 3]) -> Self {
+        let weight = [edge(s, &p[2], &p[1]), edge(s, &p[0], &p[2]), edge(s, &p[1], &p[0])];
+        let least = s.min(s.min(weight[0], weight[1]), weight[2]);
+        let most = s.max(s.max(weight[0], weight[1]), weight[2]);
+        let zero = s.splat(0.0);
+        Self { lanes: s.le(zero, least) | s.le(most, zero), weight, least, most }
+    }
+
+    /// Settles lanes whose axis meets an edge.
+    #[inline(always)]
+    pub(super) fn settle(&mut self, s: S, p: &[[S::F; 3]; 3]) {
+        let zero = s.splat(0.0);
+        let on_edge = self.lanes & (s.eq(self.least, zero) | s.eq(self.most, zero));
+        if on_edge != 0 {
+            let xy = [store_xy(s, &p[0]), store_xy(s, &p[1]), store_xy(s, &p[2])];
+            let mut w = [s.store(self.weight[0]), s.store(self.weight[1]), s.store(self.weight[2])];
+            self.lanes &= !exact_edges(&xy, on_edge, &mut w);
+            self.weight = [s.load(&w[0]), s.load(&w[1]), s.load(&w[2])];
+        }
+    }
+
+    /// Barycentric weights of vertices 1 and 2.
+    #[inline(always)]
+    pub(super) fn barycentric(&self, s: S) -> [S::F; 2] {
+        let det = s.add(s.add(self.weight[0], self.weight[1]), self.weight[2]);
+        [s.div(self.weight[1], det), s.div(self.weight[2], det)]
+    }
+}
+
+/// Lanes whose triangle is not wholly behind the origin or beyond `reach` along the longest axis. Signs of differences are
+/// exact; [`REACH`] leaves room for the roundings of depths.
+#[inline(always)]
+pub(super) fn within<S: Simd>(s: S, p: &[[S::F; 3]; 3], reach: S::F) -> u32 {
+    let first = s.min(s.min(p[0][2], p[1][2]), p[2][2]);
+    let last = s.max(s.max(p[0][2], p[1][2]), p[2][2]);
+    s.le(s.splat(0.0), last) & s.le(first, reach)
+}
+
+/// `reach` over `t_max`: see [`within`].
+pub(super) const REACH: f32 = 1.0 + 8.0 * UNIT_ROUNDOFF;
 
 /// Lanes whose triangle is crossed by the ray's line, not yet by the ray.
 struct Crossed<S: Simd> {
     lanes: u32,
     /// Lanes whose box does not tell whether 0 ≤ t < t_max.
     doubtful: u32,
-    /// Edge functions: barycentric weights times their sum.
-    weight: [S::F; 3],
-    /// Depths of the vertices, in units of t.
-    depth: [S::F; 3],
+    crossing: Crossing<S>,
+    t: S::F,
     near: S::F,
     far: S::F,
 }
@@ -96,87 +191,62 @@ impl Packet {
         slabs: &WideSlabs<S>,
         best: f32,
     ) -> Option<Candidates<S>> {
-        let Crossed { mut lanes, doubtful, weight, depth, near, far } = self.crossed(s, ray, slabs, best)?;
-        let mut t = distance(s, &weight, &depth, near, far);
-        for lane in set_bits(doubtful) {
-            let mut all = s.store(t);
-            match self.decide(&ray.ray, lane, all[lane]) {
-                Some(exact) => {
-                    all[lane] = exact.max(s.store(near)[lane]).min(s.store(far)[lane]);
-                    t = s.load(&all);
-                }
-                None => lanes &= !(1 << lane),
-            }
+        let Crossed { mut lanes, doubtful, crossing, mut t, near, far } = self.crossed(s, ray, slabs, best)?;
+        if doubtful != 0 {
+            (lanes, t) = settle_ends(s, lanes, doubtful, t, [near, far], |lane, rough| {
+                decide(&ray.ray, self.triangle(lane), rough)
+            });
         }
         let lanes = lanes & s.le(t, s.splat(best));
-        let det = s.add(s.add(weight[0], weight[1]), weight[2]);
-        Some(Candidates { lanes, t, u: s.div(weight[1], det), v: s.div(weight[2], det) })
+        let [u, v] = crossing.barycentric(s);
+        Some(Candidates { lanes, t, u, v })
     }
 
     /// Whether any lane has 0 ≤ t < t_max.
     #[inline(always)]
     pub(crate) fn any<S: Simd>(&self, s: S, ray: &TriangleRay<S>, slabs: &WideSlabs<S>) -> bool {
-        let Some(Crossed { lanes, doubtful, weight, depth, near, far }) =
-            self.crossed(s, ray, slabs, ray.ray.t_max.next_down())
-        else {
+        let Some(Crossed { lanes, doubtful, t, .. }) = self.crossed(s, ray, slabs, ray.ray.t_max.next_down()) else {
             return false;
         };
         if lanes != doubtful {
             return true;
         }
-        let t = s.store(distance(s, &weight, &depth, near, far));
-        set_bits(doubtful).any(|lane| self.decide(&ray.ray, lane, t[lane]).is_some())
+        let t = s.store(t);
+        set_bits(doubtful).any(|lane| decide(&ray.ray, self.triangle(lane), t[lane]).is_some())
     }
 
     /// Lanes whose triangle the ray's line crosses and whose box lies at or before `best`.
     #[inline(always)]
     fn crossed<S: Simd>(&self, s: S, ray: &TriangleRay<S>, slabs: &WideSlabs<S>, best: f32) -> Option<Crossed<S>> {
-        let zero = s.splat(0.0);
         let p = [self.shear(s, ray, 0), self.shear(s, ray, 1), self.shear(s, ray, 2)];
-        let mut weight = [edge(s, &p[2], &p[1]), edge(s, &p[0], &p[2]), edge(s, &p[1], &p[0])];
-        let least = s.min(s.min(weight[0], weight[1]), weight[2]);
-        let most = s.max(s.max(weight[0], weight[1]), weight[2]);
-        let mut lanes = s.le(zero, least) | s.le(most, zero);
+        let mut crossing = Crossing::new(s, &p);
+        if crossing.lanes == 0 {
+            return None;
+        }
+        crossing.settle(s, &p);
+        let (near, far) = slabs.triangles(s, &self.vertex);
+        let mut lanes = crossing.lanes & within(s, &p, s.splat(ray.ray.t_max * REACH));
+        lanes &= s.le(near, far) & s.le(near, s.splat(best)) & !self.ends(&ray.ray);
         if lanes == 0 {
             return None;
         }
-        let on_edge = lanes & (s.eq(least, zero) | s.eq(most, zero));
-        if on_edge != 0 {
-            let xy = [store_xy(s, &p[0]), store_xy(s, &p[1]), store_xy(s, &p[2])];
-            let mut w = [s.store(weight[0]), s.store(weight[1]), s.store(weight[2])];
-            lanes &= !exact_edges(&xy, on_edge, &mut w);
-            weight = [s.load(&w[0]), s.load(&w[1]), s.load(&w[2])];
-        }
-        let (near, far) = slabs.triangles(s, &self.vertex);
-        lanes &= s.le(near, far) & s.le(near, s.splat(best));
-        let doubtful = lanes & (s.le(near, zero) | s.le(s.splat(ray.ray.t_max), far));
-        (lanes != 0).then_some(Crossed { lanes, doubtful, weight, depth: [p[0][2], p[1][2], p[2][2]], near, far })
+        let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(s.splat(ray.ray.t_max), far));
+        let t = distance(s, &crossing.weight, &p, near, far);
+        Some(Crossed { lanes, doubtful, crossing, t, near, far })
     }
 
-    /// Vertex `v` relative to the origin, sheared so that the ray is the z axis.
+    /// Lanes of the triangles that the ray starts and ends on.
+    #[inline(always)]
+    fn ends(&self, ray: &Ray) -> u32 {
+        let is_end = |&p: &u32| p == ray.from || p == ray.to;
+        self.primitive.iter().enumerate().fold(0, |lanes, (i, p)| lanes | u32::from(is_end(p)) << i)
+    }
+
     #[inline(always)]
     fn shear<S: Simd>(&self, s: S, ray: &TriangleRay<S>, v: usize) -> [S::F; 3] {
         let [x, y, z] = ray.axes;
         let vertex = &self.vertex[v];
-        let depth = s.sub(s.load(&vertex[z]), ray.origin[2]);
-        [
-            s.sub(s.sub(s.load(&vertex[x]), ray.origin[0]), s.mul(ray.shear[0], depth)),
-            s.sub(s.sub(s.load(&vertex[y]), ray.origin[1]), s.mul(ray.shear[1], depth)),
-            s.mul(ray.shear[2], depth),
-        ]
-    }
-
-    /// t of a lane whose box contains the origin or the end, if 0 ≤ t < t_max, decided in f64 by the triangle's plane.
-    /// `rough` is the f32 value; it stands where the ray is edge-on to the last bit and the plane says nothing.
-    #[inline(always)]
-    fn decide(&self, ray: &Ray, lane: usize, rough: f32) -> Option<f32> {
-        let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let [a, b, c] = self.triangle(lane).map(Vec3::as_dvec3);
-        let n = (b - a).cross(c - a);
-        let depth = n.dot(a - o) / n.dot(d);
-        let exact = if depth.is_finite() { depth } else { f64::from(rough) };
-        // Rounding to f32 must not reach t_max.
-        (exact >= 0.0 && exact < f64::from(ray.t_max)).then(|| (exact as f32).min(ray.t_max.next_down()))
+        ray.shear.apply(s, [s.load(&vertex[x as usize]), s.load(&vertex[y as usize]), s.load(&vertex[z as usize])])
     }
 
     fn triangle(&self, lane: usize) -> [Vec3; 3] {
@@ -184,21 +254,56 @@ impl Packet {
     }
 }
 
+/// t of a triangle whose box contains the origin or the end, if 0 ≤ t < t_max, decided in f64 by the triangle's plane.
+/// `rough` is the f32 value; it stands where the ray is edge-on to the last bit and the plane says nothing.
+#[cold]
+#[inline(never)]
+pub(super) fn decide(ray: &Ray, triangle: [Vec3; 3], rough: f32) -> Option<f32> {
+    let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let [a, b, c] = triangle.map(Vec3::as_dvec3);
+    let n = (b - a).cross(c - a);
+    let depth = n.dot(a - o) / n.dot(d);
+    let exact = if depth.is_finite() { depth } else { f64::from(rough) };
+    // Rounding to f32 must not reach t_max.
+    (exact >= 0.0 && exact < f64::from(ray.t_max)).then(|| (exact as f32).min(ray.t_max.next_down()))
+}
+
+/// Decides the doubtful lanes: lanes that remain, and t with the decided distances, still inside the box interval.
+#[cold]
+#[inline(always)]
+pub(super) fn settle_ends<S: Simd>(
+    s: S,
+    mut lanes: u32,
+    doubtful: u32,
+    t: S::F,
+    [near, far]: [S::F; 2],
+    decide: impl Fn(usize, f32) -> Option<f32>,
+) -> (u32, S::F) {
+    let (mut t, near, far) = (s.store(t), s.store(near), s.store(far));
+    for lane in set_bits(doubtful) {
+        match decide(lane, t[lane]) {
+            Some(exact) => t[lane] = exact.max(near[lane]).min(far[lane]),
+            None => lanes &= !(1 << lane),
+        }
+    }
+    (lanes, s.load(&t))
+}
+
 /// Mix of the depths, clamped to the box interval.
 #[inline(always)]
-fn distance<S: Simd>(s: S, weight: &[S::F; 3], depth: &[S::F; 3], near: S::F, far: S::F) -> S::F {
+pub(super) fn distance<S: Simd>(s: S, weight: &[S::F; 3], p: &[[S::F; 3]; 3], near: S::F, far: S::F) -> S::F {
     let det = s.add(s.add(weight[0], weight[1]), weight[2]);
     // Weights first: their products with the depths stay in range.
     let mix = s.add(
-        s.add(s.mul(s.div(weight[0], det), depth[0]), s.mul(s.div(weight[1], det), depth[1])),
-        s.mul(s.div(weight[2], det), depth[2]),
+        s.add(s.mul(s.div(weight[0], det), p[0][2]), s.mul(s.div(weight[1], det), p[1][2])),
+        s.mul(s.div(weight[2], det), p[2][2]),
     );
     s.min(s.max(mix, near), far)
 }
 
 /// Twice the signed area of the triangle (origin, b, a) in the xy plane.
 #[inline(always)]
-fn edge<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
+pub(super) fn edge<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
     s.sub(s.mul(a[0], b[1]), s.mul(a[1], b[0]))
 }
 
@@ -227,18 +332,6 @@ fn exact_edges(xy: &[[[f32; 8]; 2]; 3], on_edge: u32, weight: &mut [[f32; 8]; 3]
         }
     }
     outside
-}
-
-/// Indices of the set bits, lowest first.
-#[inline(always)]
-pub(crate) fn set_bits(mut mask: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        (mask != 0).then(|| {
-            let lane = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            lane
-        })
-    })
 }
 
 /// Box of a triangle.

@@ -9,7 +9,7 @@ use crate::record::Dependence;
 use crate::sampling::{Draw, Strategy};
 use crate::scene::Scene;
 use crate::scene::light::LightSampler;
-use crate::transport::{NoSink, PathTracer, Sink};
+use crate::transport::{NoSink, PathTracer, Sink, WAVE};
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -114,6 +114,12 @@ impl Estimator for CpuEstimator {
             |pixel| Draw { key: cell.key, pixel, sample: 0, length: cell.length, sequence: self.strategy.sequence };
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = crate::accel::simd::Avx2::detect() {
+            if avx2.has_avx512() {
+                return Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {
+                    // SAFETY: the instructions were detected.
+                    unsafe { block_avx512(avx2, &tracer, draw(pixel), samples, out) }
+                }));
+            }
             return Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {
                 // SAFETY: AVX2 was detected.
                 unsafe { block_avx2(avx2, &tracer, draw(pixel), samples, out) }
@@ -128,8 +134,9 @@ impl Estimator for CpuEstimator {
 /// Fills a block of samples of one pixel.
 #[inline(always)]
 fn block<V: Simd>(simd: V, tracer: &PathTracer<'_>, draw: Draw, samples: Range<u64>, out: &mut [f64]) {
-    for (sample, out) in samples.zip(out.chunks_exact_mut(3)) {
-        let c = tracer.sample(simd, &Draw { sample, ..draw }, &mut NoSink);
+    let mut radiance = [Rgb::ZERO; WAVE];
+    tracer.wave(simd, &draw, samples, &mut NoSink, &mut radiance);
+    for (out, c) in out.chunks_exact_mut(3).zip(radiance) {
         out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
     }
 }
@@ -137,6 +144,18 @@ fn block<V: Simd>(simd: V, tracer: &PathTracer<'_>, draw: Draw, samples: Range<u
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn block_avx2(
+    simd: crate::accel::simd::Avx2,
+    tracer: &PathTracer<'_>,
+    draw: Draw,
+    samples: Range<u64>,
+    out: &mut [f64],
+) {
+    block(simd, tracer, draw, samples, out);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,avx512f,avx512vl,avx512bw,avx512dq")]
+fn block_avx512(
     simd: crate::accel::simd::Avx2,
     tracer: &PathTracer<'_>,
     draw: Draw,

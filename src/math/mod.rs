@@ -2,6 +2,7 @@
 
 pub mod density;
 pub mod frame;
+pub mod lanes;
 pub mod rgb;
 pub mod robust;
 pub mod spherical;
@@ -10,4 +11,5 @@ pub mod warp;
 
 pub use frame::Frame;
 pub use glam::{Affine3A, Mat4, Vec2, Vec3};
+pub use lanes::{LANES, Vec3Lanes};
 pub use rgb::Rgb;

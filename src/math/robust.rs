@@ -21,16 +21,33 @@ pub fn offset_origin(p: Vec3, p_error: Vec3, n: Vec3, direction: Vec3) -> Vec3 {
     let distance = n.abs().dot(p_error) + f32::MIN_POSITIVE;
     let side = if n.dot(direction) < 0.0 { -1.0 } else { 1.0 };
     let away = n * side;
-    let step = |p: f32, away: f32| {
-        let moved = p + away * distance;
-        // Round away from the surface, never back onto it.
-        if away > 0.0 {
-            moved.next_up()
-        } else if away < 0.0 {
-            moved.next_down()
-        } else {
-            moved
-        }
-    };
+    // Round away from the surface, never back onto it.
+    let step = |p: f32, away: f32| outwards(p + away * distance, away);
     Vec3::new(step(p.x, away.x), step(p.y, away.y), step(p.z, away.z))
+}
+
+/// The float next to a finite `x` on the side of the sign of `away`; `x` itself where that is 0. Without branches.
+#[inline(always)]
+fn outwards(x: f32, away: f32) -> f32 {
+    let up = away > 0.0;
+    let bits = x.to_bits();
+    let larger = (x > 0.0) == up;
+    let next = if larger { bits.wrapping_add(1) } else { bits.wrapping_sub(1) };
+    let smallest = if up { 1 } else { 1 | 1 << 31 };
+    let next = if x == 0.0 { smallest } else { next };
+    if away == 0.0 { x } else { f32::from_bits(next) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::outwards;
+
+    #[test]
+    fn outwards_is_next_up_and_next_down() {
+        for x in [0.0, -0.0, 1.0, -1.0, f32::MIN_POSITIVE, -f32::MIN_POSITIVE, 1e-45, -1e-45, 3.5e37, -0.999_999_94] {
+            assert_eq!(outwards(x, 0.3).to_bits(), x.next_up().to_bits(), "{x}");
+            assert_eq!(outwards(x, -0.3).to_bits(), x.next_down().to_bits(), "{x}");
+            assert_eq!(outwards(x, 0.0).to_bits(), x.to_bits(), "{x}");
+        }
+    }
 }

@@ -3,6 +3,7 @@
 //! Source: Veach, "Robust Monte Carlo methods for light transport simulation", 1997, §9.2.
 
 use super::strategy::Heuristic;
+use crate::math::LANES;
 
 /// Share of the largest density below which [`Heuristic::Cutoff`] counts a density as 0.
 const CUTOFF: f32 = 0.1;
@@ -29,6 +30,27 @@ impl Heuristic {
             Self::Cutoff => 1.0 / (1.0 + r),
             Self::Maximum if p.min(q) >= TIE * p.max(q) => 0.5,
             Self::Maximum => f32::from(u8::from(p > q)),
+        }
+    }
+
+    /// [`Self::weight`] for eight lanes.
+    #[inline(always)]
+    pub fn weights(self, p: &[f32; LANES], q: &[f32; LANES]) -> [f32; LANES] {
+        // One loop for each heuristic, so that each can become vector code.
+        #[inline(always)]
+        fn each(heuristic: Heuristic, p: &[f32; LANES], q: &[f32; LANES]) -> [f32; LANES] {
+            let mut weights = [0.0; LANES];
+            for lane in 0..LANES {
+                weights[lane] = heuristic.weight(p[lane], q[lane]);
+            }
+            weights
+        }
+        match self {
+            Self::None => each(Self::None, p, q),
+            Self::Balance => each(Self::Balance, p, q),
+            Self::Power => each(Self::Power, p, q),
+            Self::Cutoff => each(Self::Cutoff, p, q),
+            Self::Maximum => each(Self::Maximum, p, q),
         }
     }
 }

@@ -2,6 +2,8 @@
 
 pub mod path;
 pub mod sink;
+mod wave;
 
 pub use path::PathTracer;
 pub use sink::{Contribution, NoSink, Sink, Vertex, Via};
+pub use wave::WAVE;

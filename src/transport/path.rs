@@ -4,16 +4,19 @@
 //! light sampling alone, with weight 1; emission seen directly counts in full.
 
 use super::sink::{Bounce, Contribution, Sink, Vertex, Via};
+use super::wave::{Paths, Vertices, Wave};
 use crate::accel::bvh::Bvh;
 use crate::accel::simd::Simd;
-use crate::accel::{Endpoint, Hit, Ray, SurfacePoint, leave, segment};
-use crate::math::{Frame, Rgb, Vec3};
+use crate::accel::{Ray, Rays, SurfacePoint, leave, segment};
+use crate::math::lanes::{bits, lane_of, set_bits};
+use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
 use crate::sampling::Draw;
 use crate::sampling::dimension::{Decision, group};
 use crate::sampling::rng::unit_f32;
 use crate::sampling::strategy::{Heuristic, Lights, NoRoulette, Roulette, Strategy, Technique};
-use crate::scene::light::{LightPoint, LightSample, LightSampler, LightTarget, emitted, environment};
+use crate::scene::light::{LightSampler, LightSamples, emitted, environment};
 use crate::scene::{Material, Scene};
+use std::ops::Range;
 
 /// A strategy made ready for one scene.
 pub struct PathTracer<'a> {
@@ -32,15 +35,6 @@ pub struct PathTracer<'a> {
 /// Largest probability of going on: even a white path must end some time. Each bounce that it limits divides the weight by it,
 /// so in closed surroundings of albedo ρ the variance is finite only for ρ² < this: 0.95, as in other renderers, is too small.
 const LARGEST_SURVIVAL: f32 = 0.999;
-
-/// A vertex of the path, in its shading frame.
-struct Shading<'a> {
-    at: SurfacePoint,
-    frame: Frame,
-    /// Direction to where the path came from, local.
-    wo: Vec3,
-    material: &'a Material,
-}
 
 impl<'a> PathTracer<'a> {
     /// `lights` must be made for the scene and the strategy.
@@ -66,64 +60,116 @@ impl<'a> PathTracer<'a> {
 
     /// The ray through a film position drawn from the pixel filter.
     #[inline(always)]
-    fn camera_ray(&self, draw: &Draw) -> Ray {
+    fn camera_ray(&self, pixel: u32, u: [f32; 2]) -> Ray {
         let film = &self.scene.film;
         let camera = &self.scene.camera;
         let [width, _] = film.crop_size;
-        let words = draw.words(group(0, Decision::Direction));
-        let offset = film.filter.sample([unit_f32(words[0]), unit_f32(words[1])]);
-        let x = (film.crop_offset[0] + draw.pixel % width) as f32 + 0.5 + offset.x;
-        let y = (film.crop_offset[1] + draw.pixel / width) as f32 + 0.5 + offset.y;
+        let offset = film.filter.sample(u);
+        let x = (film.crop_offset[0] + pixel % width) as f32 + 0.5 + offset.x;
+        let y = (film.crop_offset[1] + pixel / width) as f32 + 0.5 + offset.y;
         let (s, t) = (x / film.size[0] as f32, y / film.size[1] as f32);
         let direction = camera.corner + camera.across * s + camera.down * t;
-        Ray { origin: camera.origin + direction * camera.near, direction, t_max: camera.far - camera.near }
+        Ray::new(camera.origin + direction * camera.near, direction, camera.far - camera.near)
     }
 
     /// One sample of the radiance that reaches a pixel.
     #[inline(always)]
     pub fn sample<V: Simd, S: Sink>(&self, simd: V, draw: &Draw, sink: &mut S) -> Rgb {
-        let mut ray = self.camera_ray(draw);
-        let mut total = Rgb::ZERO;
+        let mut radiance = [Rgb::ZERO];
+        self.wave(simd, draw, draw.sample..draw.sample + 1, sink, &mut radiance);
+        radiance[0]
+    }
+
+    /// Samples of the radiance that reaches a pixel, whatever `draw.sample` is; at most [`super::WAVE`]. They advance
+    /// together, edge by edge, but no sample depends on the others.
+    ///
+    /// # Panics
+    /// Where `radiance` is shorter than the range.
+    #[inline(always)]
+    pub fn wave<V: Simd, S: Sink>(
+        &self,
+        simd: V,
+        draw: &Draw,
+        samples: Range<u64>,
+        sink: &mut S,
+        radiance: &mut [Rgb],
+    ) {
         if self.max_depth == 0 {
-            return total;
+            radiance.fill(Rgb::ZERO);
+            return;
         }
-        let mut beta = Rgb::ONE;
-        // Density and origin of the last drawn direction; none at the camera, where emission counts in full.
-        let mut last: Option<(f32, Vec3)> = None;
+        let mut wave = Wave::EMPTY;
+        wave.fill(samples);
+        for paths in wave.packets() {
+            self.start(draw, paths);
+        }
         let mut depth = 1;
-        loop {
-            let Some(hit) = self.bvh.closest_with(simd, &ray) else {
-                total += self.escape(depth, ray.direction, beta, last, sink);
-                return total;
-            };
-            let at = self.scene.surface_point(&ray, &hit);
-            let wo = -ray.direction.normalize();
-            total += self.emission(depth, &at, &hit, wo, beta, last, sink);
-            if depth >= self.max_depth {
-                return total;
+        while !wave.is_empty() {
+            for paths in wave.packets() {
+                self.advance(simd, depth, draw, paths, sink);
             }
-            sink.vertex(&Vertex { depth, position: at.p, normal: at.ng, shape: at.shape, beta });
-            let Some(shading) = self.shading(at, wo) else { return total };
-            total += self.light(simd, depth, &shading, beta, draw, sink);
-            let Some((direction, pdf)) = self.bounce(depth, &shading, &mut beta, draw, sink) else { return total };
-            last = Some((pdf, shading.at.p));
-            ray = leave(&shading.at, direction);
+            wave.retire(radiance);
             depth += 1;
         }
     }
 
-    /// The shading frame on the side of `wo`; `None` on black surfaces and at grazing incidence.
+    /// Camera rays.
     #[inline(always)]
-    fn shading(&self, at: SurfacePoint, wo: Vec3) -> Option<Shading<'a>> {
-        let shape = &self.scene.shapes[at.shape as usize];
-        let cos = at.ns.dot(wo);
-        let (material, normal) = if cos > 0.0 { (shape.front, at.ns) } else { (shape.back, -at.ns) };
-        let material = &self.scene.materials[material as usize];
-        if *material == Material::Black || cos == 0.0 {
-            return None;
+    fn start(&self, draw: &Draw, paths: &mut Paths) {
+        let words = draw.words_lanes(&paths.sample, group(0, Decision::Direction));
+        for lane in 0..LANES {
+            let ray = self.camera_ray(draw.pixel, [unit_f32(words[0][lane]), unit_f32(words[1][lane])]);
+            paths.ray.set(lane, ray);
+            paths.wo.set(lane, -ray.direction.normalize());
+            paths.beta.set(lane, Rgb::ONE);
         }
-        let frame = Frame::new(normal);
-        Some(Shading { at, frame, wo: frame.to_local(wo), material })
+    }
+
+    /// The next edge of eight paths: what it meets, the light that is scattered there, and where it goes on.
+    #[inline(always)]
+    fn advance<V: Simd, S: Sink>(&self, simd: V, depth: u32, draw: &Draw, paths: &mut Paths, sink: &mut S) {
+        let mut vertices = Vertices::new();
+        self.meet(simd, depth, paths, &mut vertices, sink);
+        if paths.live == 0 {
+            return;
+        }
+        self.light(simd, depth, &vertices, paths, draw, sink);
+        self.bounce(depth, &vertices, paths, draw, sink);
+    }
+
+    /// Traces the rays and adds the emission that they meet. Paths end that escape, reach the last depth or a black side.
+    #[inline(always)]
+    fn meet<V: Simd, S: Sink>(&self, simd: V, depth: u32, paths: &mut Paths, vertices: &mut Vertices, sink: &mut S) {
+        let hits = self.bvh.closest_lanes(simd, &paths.ray, paths.live);
+        for lane in set_bits(paths.live) {
+            let (ray, wo, beta) = (paths.ray.get(lane), paths.wo.get(lane), paths.beta.get(lane));
+            // Density and origin of the last drawn direction; none at the camera, where emission counts in full.
+            let last = (depth > 1).then(|| (paths.pdf[lane], paths.p.get(lane)));
+            let Some(hit) = hits.get(lane) else {
+                paths.add(lane, self.escape(depth, ray.direction, beta, last, sink));
+                paths.end(lane);
+                continue;
+            };
+            let at = self.bvh.surface_point(self.scene, &ray, &hit);
+            let shape = &self.scene.shapes[at.shape as usize];
+            if shape.light.is_some() {
+                paths.add(lane, self.emission(depth, &at, wo, beta, last, sink));
+            }
+            if depth >= self.max_depth {
+                paths.end(lane);
+                continue;
+            }
+            sink.vertex(&Vertex { depth, position: at.p, normal: at.ng, shape: at.shape, beta });
+            let cos = at.ns.dot(wo);
+            let (material, normal) = if cos > 0.0 { (shape.front, at.ns) } else { (shape.back, -at.ns) };
+            let material = self.scene.materials[material as usize];
+            // Black, or at grazing incidence.
+            if material == Material::Black || cos == 0.0 {
+                paths.end(lane);
+                continue;
+            }
+            vertices.set(lane, &at, normal, material);
+        }
     }
 
     /// The weight of a light that was met by drawing a direction.
@@ -140,7 +186,6 @@ impl<'a> PathTracer<'a> {
         &self,
         depth: u32,
         at: &SurfacePoint,
-        hit: &Hit,
         wo: Vec3,
         beta: Rgb,
         last: Option<(f32, Vec3)>,
@@ -155,7 +200,7 @@ impl<'a> PathTracer<'a> {
             None => (0.0, 0.0, 1.0),
             Some((pdf, _)) if self.strategy.lights == Lights::None => (pdf, 0.0, 1.0),
             Some((pdf, from)) => {
-                let pdf_light = self.lights.pdf(self.scene, from, -wo, at, hit.primitive);
+                let pdf_light = self.lights.pdf(self.scene, from, -wo, at, at.triangle);
                 (pdf, pdf_light, self.weight_of_direction(pdf, pdf_light))
             }
         };
@@ -203,76 +248,95 @@ impl<'a> PathTracer<'a> {
         &self,
         simd: V,
         depth: u32,
-        shading: &Shading<'_>,
-        beta: Rgb,
+        at: &Vertices,
+        paths: &mut Paths,
         draw: &Draw,
         sink: &mut S,
-    ) -> Rgb {
+    ) {
         if self.lights.is_empty() {
-            return Rgb::ZERO;
+            return;
         }
-        let words = draw.words(group(depth, Decision::Light));
-        let Some(sample) = self.lights.sample(self.scene, shading.at.p, words) else { return Rgb::ZERO };
-        let wi = shading.frame.to_local(sample.wi);
-        let f = shading.material.eval(shading.wo, wi);
-        if f == Rgb::ZERO || self.bvh.occluded_with(simd, &shadow_ray(&shading.at, &sample)) {
-            return Rgb::ZERO;
+        let words = draw.words_lanes(&paths.sample, group(depth, Decision::Light));
+        let mut light = LightSamples::NONE;
+        self.lights.sample_lanes(self.scene, &at.p, &words, paths.live, &mut light);
+        let (mut scattered, mut pdf_direction) = (Vec3Lanes::ZERO, [0.0; LANES]);
+        let (mut shadow, mut dark) = (Rays::ZERO, [0; LANES]);
+        for lane in 0..LANES {
+            let frame = Frame::new(at.normal.get(lane));
+            let (wo, wi) = (frame.to_local(paths.wo.get(lane)), frame.to_local(light.wi.get(lane)));
+            let f = at.material[lane].eval(wo, wi);
+            dark[lane] = u32::from(f == Rgb::ZERO);
+            scattered.set(lane, f);
+            let only_light = light.delta[lane] || self.strategy.heuristic == Heuristic::None;
+            let pdf = at.material[lane].pdf(self.strategy.directions, wo, wi);
+            pdf_direction[lane] = if only_light { 0.0 } else { pdf };
+            shadow.set(lane, segment(at.endpoint(lane), light.endpoint(lane)));
         }
-        let (pdf_direction, weight) = match self.strategy.heuristic {
-            _ if sample.delta => (0.0, 1.0),
-            Heuristic::None => (0.0, 1.0),
-            heuristic => {
-                let pdf = shading.material.pdf(self.strategy.directions, shading.wo, wi);
-                (pdf, heuristic.weight(sample.pdf, pdf))
-            }
-        };
-        let value = beta * f * sample.emitted * (weight / sample.pdf);
-        sink.contribution(&Contribution {
-            depth: depth + 1,
-            via: Via::LightSampling,
-            light: matches!(sample.to, LightTarget::Point(_)).then_some(sample.light),
-            pdf_direction,
-            pdf_light: sample.pdf,
-            weight,
-            value,
-        });
-        value
+        for lane in set_bits(light.directions) {
+            shadow.set(lane, leave(at.endpoint(lane), light.wi.get(lane)));
+        }
+        let lit = light.lanes & !bits(&dark);
+        let lit = lit & !self.bvh.occluded_lanes(simd, &shadow, lit);
+        let weight = self.strategy.heuristic.weights(&light.pdf, &pdf_direction);
+        let mut value = Vec3Lanes::ZERO;
+        for lane in 0..LANES {
+            let scale = weight[lane] / light.pdf[lane];
+            let all = paths.beta.get(lane) * scattered.get(lane) * light.emitted.get(lane) * scale;
+            value.set(lane, if lit >> lane & 1 == 1 { all } else { Rgb::ZERO });
+            paths.add(lane, value.get(lane));
+        }
+        for lane in set_bits(lit) {
+            sink.contribution(&Contribution {
+                depth: depth + 1,
+                via: Via::LightSampling,
+                light: (light.directions >> lane & 1 == 0).then_some(light.light[lane]),
+                pdf_direction: pdf_direction[lane],
+                pdf_light: light.pdf[lane],
+                weight: weight[lane],
+                value: value.get(lane),
+            });
+        }
     }
 
-    /// Draws the next direction and plays roulette; `None` ends the path.
+    /// Draws the next directions and plays roulette.
     #[inline(always)]
-    fn bounce<S: Sink>(
-        &self,
-        depth: u32,
-        shading: &Shading<'_>,
-        beta: &mut Rgb,
-        draw: &Draw,
-        sink: &mut S,
-    ) -> Option<(Vec3, f32)> {
-        let words = draw.words(group(depth, Decision::Direction));
-        let (wi, pdf) = shading.material.sample(self.strategy.directions, shading.wo, words)?;
-        *beta *= shading.material.eval(shading.wo, wi) / pdf;
-        if *beta == Rgb::ZERO {
-            return None;
+    fn bounce<S: Sink>(&self, depth: u32, at: &Vertices, paths: &mut Paths, draw: &Draw, sink: &mut S) {
+        let words = draw.words_lanes(&paths.sample, group(depth, Decision::Direction));
+        let mut absorbed = [0; LANES];
+        for lane in 0..LANES {
+            let frame = Frame::new(at.normal.get(lane));
+            let wo = frame.to_local(paths.wo.get(lane));
+            let material = &at.material[lane];
+            let sample = material.sample(self.strategy.directions, wo, lane_of(&words, lane));
+            let (wi, pdf) = sample.unwrap_or((Vec3::Z, 0.0));
+            let beta = paths.beta.get(lane) * (material.eval(wo, wi) / pdf);
+            absorbed[lane] = u32::from(pdf == 0.0 || beta == Rgb::ZERO);
+            let direction = frame.to_world(wi);
+            paths.beta.set(lane, beta);
+            paths.pdf[lane] = pdf;
+            paths.p.set(lane, at.p.get(lane));
+            paths.wo.set(lane, -direction);
+            paths.ray.set(lane, leave(at.endpoint(lane), direction));
         }
-        let mut survival = 1.0;
+        paths.live &= !bits(&absorbed);
+        let mut survival = [1.0; LANES];
         if depth >= self.roulette_depth {
-            survival = beta.max_element().min(LARGEST_SURVIVAL);
-            if unit_f32(words[3]) >= survival {
-                return None;
+            for lane in 0..LANES {
+                let beta = paths.beta.get(lane);
+                survival[lane] = beta.max_element().min(LARGEST_SURVIVAL);
+                absorbed[lane] = u32::from(unit_f32(words[3][lane]) >= survival[lane]);
+                paths.beta.set(lane, beta / survival[lane]);
             }
-            *beta /= survival;
+            paths.live &= !bits(&absorbed);
         }
-        let direction = shading.frame.to_world(wi);
-        sink.bounce(&Bounce { depth, direction, pdf, survival, beta: *beta });
-        Some((direction, pdf))
-    }
-}
-
-#[inline(always)]
-fn shadow_ray(at: &SurfacePoint, sample: &LightSample) -> Ray {
-    match sample.to {
-        LightTarget::Direction => leave(at, sample.wi),
-        LightTarget::Point(LightPoint { p, p_error, ng }) => segment(at, Endpoint { p, p_error, ng }),
+        for lane in set_bits(paths.live) {
+            sink.bounce(&Bounce {
+                depth,
+                direction: paths.ray.direction.get(lane),
+                pdf: paths.pdf[lane],
+                survival: survival[lane],
+                beta: paths.beta.get(lane),
+            });
+        }
     }
 }

@@ -119,7 +119,7 @@ fn report(name: &str, triangles: &[[Vec3; 3]]) {
     let primary: Vec<Ray> = (0..n)
         .map(|i| {
             let (x, y) = ((i % 548) as f32 / 274.0 - 1.0, (i / 548) as f32 / 274.0 - 1.0);
-            Ray { origin: vec3(0.0, 0.0, 3.8), direction: vec3(x * 0.35, -y * 0.35, -1.0), t_max: f32::INFINITY }
+            Ray::new(vec3(0.0, 0.0, 3.8), vec3(x * 0.35, -y * 0.35, -1.0), f32::INFINITY)
         })
         .collect();
     let diffuse: Vec<Ray> = primary
@@ -138,13 +138,13 @@ fn report(name: &str, triangles: &[[Vec3; 3]]) {
         .iter()
         .map(|r| {
             let light = vec3(-0.25 + 0.5 * random(&mut state), 0.98, -0.2 + 0.4 * random(&mut state));
-            Ray { origin: r.origin, direction: light - r.origin, t_max: 1.0 }
+            Ray { t_max: 1.0, direction: light - r.origin, ..*r }
         })
         .collect();
     let uniform: Vec<Ray> = (0..n)
         .map(|_| {
             let o = vec3(random(&mut state), random(&mut state), random(&mut state)) * 1.98 - 0.99;
-            Ray { origin: o, direction: direction(&mut state), t_max: f32::INFINITY }
+            Ray::new(o, direction(&mut state), f32::INFINITY)
         })
         .collect();
     let stock: Vec<_> = triangles

@@ -357,7 +357,7 @@ impl Naive {
         let (s, t) = ((draw.pixel % width) as f32 + u, (draw.pixel / width) as f32 + v);
         let camera = &scene.camera;
         let direction = camera.corner + camera.across * (s / width as f32) + camera.down * (t / height as f32);
-        let mut ray = Ray { origin: camera.origin, direction, t_max: f32::INFINITY };
+        let mut ray = Ray::new(camera.origin, direction, f32::INFINITY);
         let (mut total, mut beta) = (Rgb::ZERO, Rgb::ONE);
         for depth in 1.. {
             let Some(hit) = bvh.closest(&ray) else { return total + beta * environment(scene) };

@@ -144,7 +144,7 @@ fn moved(triangles: &[[Vec3; 3]], scale: f32, offset: Vec3) -> Vec<[Vec3; 3]> {
 }
 
 fn forever(origin: Vec3, direction: Vec3) -> Ray {
-    Ray { origin, direction, t_max: f32::INFINITY }
+    Ray::new(origin, direction, f32::INFINITY)
 }
 
 /// A corner, a point of an edge, or an inner point of one of the triangles.
@@ -711,7 +711,7 @@ fn unlawful_rays_end() {
         let r = &mut Random::new("unlawful", k);
         let mut v = || Vec3::from_array([0; 3].map(|_| odd[r.below(odd.len())]));
         let (origin, direction, t_max) = (v(), v(), v().x);
-        let ray = Ray { origin, direction, t_max };
+        let ray = Ray::new(origin, direction, t_max);
         bvh.closest(&ray);
         bvh.occluded(&ray);
         brute.closest(&ray);

@@ -4,7 +4,7 @@ use crate::chi2::Chi2;
 use crate::support::level;
 use crate::warps::{sphere_point, sphere_vector, words};
 use glam::{DVec3, Vec3Swizzles as _};
-use rootn::accel::SurfacePoint;
+use rootn::accel::{NO_PRIMITIVE, SurfacePoint};
 use rootn::math::{Frame, Vec3};
 use rootn::sampling::rng::unit_f32;
 use rootn::sampling::strategy::{LightChoice, Lights};
@@ -53,7 +53,7 @@ fn rectangle(corner: Vec3, edge_u: Vec3, edge_v: Vec3) -> Geometry {
 /// The sampled point as a surface point.
 fn surface(s: &LightSample, shape: u32) -> SurfacePoint {
     let LightTarget::Point(at) = s.to else { panic!("no point") };
-    SurfacePoint { p: at.p, p_error: at.p_error, ng: at.ng, ns: at.ng, shape }
+    SurfacePoint { p: at.p, p_error: at.p_error, ng: at.ng, ns: at.ng, shape, triangle: at.triangle }
 }
 
 /// One light seen from one point, parametrised by the unit square.
@@ -80,7 +80,7 @@ impl View<'_> {
                 return 0.0;
             }
             let (q, ng) = (q.as_vec3(), n.as_vec3());
-            let hit = SurfacePoint { p: q, p_error: Vec3::ZERO, ng, ns: ng, shape: 0 };
+            let hit = SurfacePoint { p: q, p_error: Vec3::ZERO, ng, ns: ng, shape: 0, triangle: NO_PRIMITIVE };
             let pdf = f64::from(sampler.pdf(self.scene, self.p, wi.as_vec3(), &hit, 0));
             let cos = if cosine { cos } else { 1.0 };
             factor * pdf * cos / to.length_squared() * jacobian
@@ -163,7 +163,8 @@ fn rectangles_follow_their_densities() {
                 let q = view.p.as_dvec3() + wi * (1e-3 / wi.y);
                 let inside = (view.invert)(q).into_iter().all(|s| (0.0..=1.0).contains(&s));
                 let ng = Vec3::NEG_Y;
-                let hit = SurfacePoint { p: q.as_vec3(), p_error: Vec3::ZERO, ng, ns: ng, shape: 0 };
+                let hit =
+                    SurfacePoint { p: q.as_vec3(), p_error: Vec3::ZERO, ng, ns: ng, shape: 0, triangle: NO_PRIMITIVE };
                 let pdf = f64::from(sampler.pdf(&scene, view.p, wi.as_vec3(), &hit, 0));
                 if inside { factor * TAU * pdf } else { 0.0 }
             };
@@ -251,7 +252,14 @@ fn spheres_follow_their_densities() {
         let cone = height * (1.0 - ((z - 1.0) * (z + 1.0)).sqrt() / z);
         let sampler = LightSampler::new(&scene, Lights::SolidAngle, LightChoice::Power);
         let sample = |i| sampler.sample(&scene, p, words(TEST, i)).map(|s| sphere_point(-s.wi));
-        let hit = SurfacePoint { p: Vec3::Z, p_error: Vec3::ZERO, ng: Vec3::Z, ns: Vec3::Z, shape: 0 };
+        let hit = SurfacePoint {
+            p: Vec3::Z,
+            p_error: Vec3::ZERO,
+            ng: Vec3::Z,
+            ns: Vec3::Z,
+            shape: 0,
+            triangle: NO_PRIMITIVE,
+        };
         let density = |_: [f64; 2]| TAU * f64::from(sampler.pdf(&scene, p, -Vec3::Z, &hit, 0));
         let p = Chi2 { domain: [[1.0 - cone, 1.0], [0.0, 1.0]], samples: SAMPLES, sample, density }.p_value();
         assert_eq!(p > level(TEST), sound, "height {height}: p = {p:e}");

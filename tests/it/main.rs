@@ -21,3 +21,4 @@ mod spherical;
 mod stats;
 mod support;
 mod warps;
+mod waves;

@@ -10,6 +10,7 @@ pub use permutation::permute;
 pub use sobol::sobol;
 
 use super::rng::{Key, philox4x32};
+use crate::math::LANES;
 
 /// A sequence: how sample points of one value relate to one another.
 #[derive(
@@ -53,6 +54,28 @@ impl Draw {
             Sequence::LatinHypercube => latin_hypercube::words(self, group),
             Sequence::Sobol => sobol::words(self, group),
         }
+    }
+
+    /// [`Self::words`] of eight samples of the same pixel, whatever `self.sample` is: `[word][lane]`.
+    #[inline(always)]
+    pub fn words_lanes(&self, samples: &[u64; LANES], group: u32) -> [[u32; LANES]; 4] {
+        // One loop for each sequence, so that each can become vector code.
+        match self.sequence {
+            Sequence::Independent => self.each_lane(samples, |draw| independent::words(draw, group)),
+            Sequence::Stratified => self.each_lane(samples, |draw| stratified::words(draw, group)),
+            Sequence::LatinHypercube => self.each_lane(samples, |draw| latin_hypercube::words(draw, group)),
+            Sequence::Sobol => self.each_lane(samples, |draw| sobol::words(draw, group)),
+        }
+    }
+
+    #[inline(always)]
+    fn each_lane(&self, samples: &[u64; LANES], words: impl Fn(&Self) -> [u32; 4]) -> [[u32; LANES]; 4] {
+        let mut out = [[0; LANES]; 4];
+        for lane in 0..LANES {
+            let [a, b, c, d] = words(&Self { sample: samples[lane], ..*self });
+            (out[0][lane], out[1][lane], out[2][lane], out[3][lane]) = (a, b, c, d);
+        }
+        out
     }
 
     /// Four words that all samples of a block share: seeds of permutations and scrambles. The top bit of the last counter word

@@ -4,7 +4,7 @@
 //! cylinders and spheres with inward normals are drawn by area in both cases.
 
 use super::super::{Geometry, Scene};
-use crate::accel::SurfacePoint;
+use crate::accel::{NO_PRIMITIVE, SurfacePoint};
 use crate::math::density::{Area, Discrete as Pmf, SolidAngle};
 use crate::math::spherical::{SphericalRectangle, SphericalTriangle, parallelogram_solid_angle, triangle_solid_angle};
 use crate::math::trig::sin_cos_turns;
@@ -25,6 +25,8 @@ pub struct LightPoint {
     pub p_error: Vec3,
     /// Unit normal of the emitting side; zero for point lights.
     pub ng: Vec3,
+    /// The triangle that it lies on, or [`NO_PRIMITIVE`].
+    pub triangle: u32,
 }
 
 /// Radiance that the surface emits at a point towards the unit vector `wo`: the shape's light, on the front side only.
@@ -57,8 +59,8 @@ impl Emitter {
     /// The emitter of a shape and its area; `None` where the area is 0.
     pub(super) fn new(scene: &Scene, geometry: &Geometry) -> Option<(Self, f64)> {
         let (emitter, area) = match *geometry {
-            Geometry::Rectangle { corner, edge_u, edge_v, .. } => {
-                let e = Parallelogram::new(corner, edge_u, edge_v);
+            Geometry::Rectangle { ref range, corner, edge_u, edge_v } => {
+                let e = Parallelogram::new(range.start, corner, edge_u, edge_v);
                 let area = f64::from(e.normal.length());
                 (Self::Parallelogram(e), area)
             }
@@ -81,6 +83,12 @@ impl Emitter {
             }
         };
         (area > 0.0 && area.is_finite()).then_some((emitter, area))
+    }
+
+    /// The parallelogram, if it is one.
+    #[inline(always)]
+    pub(super) fn patch(&self) -> Option<&Patch> {
+        if let Self::Parallelogram(e) = self { Some(&e.patch) } else { None }
     }
 
     /// A point of the front side, the unit vector to it from `p`, and the density without the choice of the light. Words 0, 1
@@ -110,7 +118,7 @@ impl Emitter {
             Self::Parallelogram(e) if solid => return e.sample_solid_angle(p, u, words[3]),
             Self::Mesh(e) if solid => return e.sample_solid_angle(scene, p, u, words[3]),
             Self::Sphere { center, radius, flip: false } if solid => return sample_cone(*center, *radius, p, u),
-            Self::Parallelogram(e) => (e.at(u), e.density),
+            Self::Parallelogram(e) => (e.patch.at(u), e.patch.density),
             Self::Mesh(e) => e.sample_area(scene, u, words[3]),
             &Self::Sphere { center, radius, flip } => {
                 let n = warp::sample_uniform_sphere(u);
@@ -118,14 +126,15 @@ impl Emitter {
             }
             &Self::Disk { center, u: du, v: dv, ng, density } => {
                 let d = warp::sample_uniform_disk(u);
-                (planar(center, d.x * du, d.y * dv, ng), density)
+                (planar(center, d.x * du, d.y * dv, ng, NO_PRIMITIVE), density)
             }
             &Self::Cylinder { p0, axis, frame, radius, flip, density } => {
                 let (s, c) = sin_cos_turns(u[1]);
                 let n = frame.s * c + frame.t * s;
                 let a = u[0] * axis;
                 let p_error = 8.0 * ULP * (p0.abs() + a.abs() + Vec3::splat(radius));
-                (LightPoint { p: p0 + a + radius * n, p_error, ng: if flip { -n } else { n } }, density)
+                let ng = if flip { -n } else { n };
+                (LightPoint { p: p0 + a + radius * n, p_error, ng, triangle: NO_PRIMITIVE }, density)
             }
         };
         Some((at, Density::Area(density)))
@@ -146,7 +155,7 @@ impl Emitter {
             Self::Parallelogram(e) if solid => return e.solid_angle(p).map(|o| SolidAngle(1.0 / o)),
             Self::Mesh(e) if solid => return e.solid_angle_pdf(scene, p, primitive),
             Self::Sphere { center, radius, flip: false } if solid => return cone_pdf(*center, *radius, p),
-            Self::Parallelogram(e) => e.density,
+            Self::Parallelogram(e) => e.patch.density,
             Self::Mesh(e) => e.density(primitive),
             Self::Sphere { radius, .. } => sphere_density(*radius),
             Self::Disk { density, .. } | Self::Cylinder { density, .. } => *density,
@@ -164,26 +173,49 @@ fn seen(density: Area, to: Vec3, wi: Vec3, ng: Vec3) -> Option<SolidAngle> {
 
 /// A point given by a corner, or centre, and multiples of two edges.
 #[inline(always)]
-fn planar(corner: Vec3, s: Vec3, t: Vec3, ng: Vec3) -> LightPoint {
+fn planar(corner: Vec3, s: Vec3, t: Vec3, ng: Vec3, triangle: u32) -> LightPoint {
     // Two products, two sums and the rounding of the edges.
-    LightPoint { p: corner + s + t, p_error: 5.0 * ULP * (corner.abs() + s.abs() + t.abs()), ng }
+    LightPoint { p: corner + s + t, p_error: 5.0 * ULP * (corner.abs() + s.abs() + t.abs()), ng, triangle }
+}
+
+/// A parallelogram sampled by area.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Patch {
+    pub(super) corner: Vec3,
+    pub(super) u: Vec3,
+    pub(super) v: Vec3,
+    pub(super) ng: Vec3,
+    pub(super) density: Area,
+    /// The scene's index of the triangle below the diagonal from the corner, on the side of `u`; the other half comes next.
+    pub(super) start: u32,
+}
+
+impl Patch {
+    /// A point, and its density as seen from `p`: `None` where it shows its back.
+    #[inline(always)]
+    pub(super) fn sample(&self, p: Vec3, u: [f32; 2]) -> (LightPoint, Option<SolidAngle>) {
+        let at = self.at(u);
+        let to = at.p - p;
+        (at, seen(self.density, to, to.normalize_or_zero(), at.ng))
+    }
+
+    #[inline(always)]
+    fn at(&self, st: [f32; 2]) -> LightPoint {
+        planar(self.corner, st[0] * self.u, st[1] * self.v, self.ng, self.start + u32::from(st[0] < st[1]))
+    }
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Parallelogram {
-    corner: Vec3,
-    u: Vec3,
-    v: Vec3,
+    patch: Patch,
     /// u × v; its length is the area.
     normal: Vec3,
-    ng: Vec3,
-    density: Area,
     /// Unit edges and their lengths, if they are orthogonal to rounding.
     sides: Option<[(Vec3, f32); 2]>,
 }
 
 impl Parallelogram {
-    fn new(corner: Vec3, u: Vec3, v: Vec3) -> Self {
+    fn new(start: u32, corner: Vec3, u: Vec3, v: Vec3) -> Self {
         let normal = u.cross(v);
         let (lu, lv) = (u.length(), v.length());
         let (x, y) = (u / lu, v / lv);
@@ -191,34 +223,30 @@ impl Parallelogram {
         let rectangular = x.dot(y).abs() < 16.0 * ULP;
         let density = Area(1.0 / normal.length());
         let sides = rectangular.then_some([(x, lu), (y, lv)]);
-        Self { corner, u, v, normal, ng: normal.normalize(), density, sides }
-    }
-
-    #[inline(always)]
-    fn at(&self, st: [f32; 2]) -> LightPoint {
-        planar(self.corner, st[0] * self.u, st[1] * self.v, self.ng)
+        Self { patch: Patch { start, corner, u, v, ng: normal.normalize(), density }, normal, sides }
     }
 
     /// Solid angle seen from `p`; `None` from behind and from the plane.
     #[inline(always)]
     fn solid_angle(&self, p: Vec3) -> Option<f32> {
-        Some(parallelogram_solid_angle(self.corner - p, self.u, self.v, self.normal)).filter(|&o| o > 0.0)
+        Some(parallelogram_solid_angle(self.patch.corner - p, self.patch.u, self.patch.v, self.normal)).filter(|&o| o > 0.0)
     }
 
     #[inline(always)]
     fn sample_solid_angle(&self, p: Vec3, u: [f32; 2], part: u32) -> Option<(LightPoint, Density)> {
         let total = self.solid_angle(p)?;
-        let (a, d) = (self.corner - p, self.u + self.v);
-        let rectangle = self.sides.and_then(|[x, y]| SphericalRectangle::new(a, x, y, self.ng, total));
+        let Patch { corner, u: eu, v: ev, ng, .. } = self.patch;
+        let (a, d) = (corner - p, eu + ev);
+        let rectangle = self.sides.and_then(|[x, y]| SphericalRectangle::new(a, x, y, ng, total));
         let st = if let Some(r) = rectangle { r.sample(u) } else { self.sample_halves(a, d, u, part)? };
-        Some((self.at(st), Density::SolidAngle(1.0 / total)))
+        Some((self.patch.at(st), Density::SolidAngle(1.0 / total)))
     }
 
     /// The parallelogram as two triangles on both sides of its diagonal `d`.
     #[inline(always)]
     fn sample_halves(&self, a: Vec3, d: Vec3, u: [f32; 2], part: u32) -> Option<[f32; 2]> {
-        let first = SphericalTriangle::new(a, self.u, d, self.normal)?;
-        let second = SphericalTriangle::new(a, d, self.v, self.normal)?;
+        let first = SphericalTriangle::new(a, self.patch.u, d, self.normal)?;
+        let second = SphericalTriangle::new(a, d, self.patch.v, self.normal)?;
         let share = first.solid_angle / (first.solid_angle + second.solid_angle);
         Some(if part < (share * 4_294_967_296.0) as u32 {
             let [b, c] = first.sample(u);
@@ -274,17 +302,18 @@ impl MeshEmitter {
         let triangle = self.triangles[self.choice.pick(part)];
         let (a, eb, ec, normal) = Self::edges(scene, triangle);
         let [b, c] = warp::sample_uniform_triangle(u);
-        (planar(a, b * eb, c * ec, normal.normalize()), self.density(triangle))
+        (planar(a, b * eb, c * ec, normal.normalize(), triangle), self.density(triangle))
     }
 
     #[inline(always)]
     fn sample_solid_angle(&self, scene: &Scene, p: Vec3, u: [f32; 2], part: u32) -> Option<(LightPoint, Density)> {
         let i = self.choice.pick(part);
-        let (a, eb, ec, normal) = Self::edges(scene, self.triangles[i]);
+        let triangle = self.triangles[i];
+        let (a, eb, ec, normal) = Self::edges(scene, triangle);
         let t = SphericalTriangle::new(a - p, eb, ec, normal)?;
         let [b, c] = t.sample(u);
         let pdf = SolidAngle(1.0 / t.solid_angle) * Pmf(self.choice.pmf(i));
-        Some((planar(a, b * eb, c * ec, normal.normalize()), Density::SolidAngle(pdf.0)))
+        Some((planar(a, b * eb, c * ec, normal.normalize(), triangle), Density::SolidAngle(pdf.0)))
     }
 
     #[inline(always)]
@@ -305,7 +334,7 @@ fn sphere_density(radius: f32) -> Area {
 fn on_sphere(center: Vec3, radius: f32, n: Vec3, flip: bool) -> LightPoint {
     // |n| errs by a few units, too.
     let p_error = 8.0 * ULP * (center.abs() + Vec3::splat(radius));
-    LightPoint { p: center + radius * n, p_error, ng: if flip { -n } else { n } }
+    LightPoint { p: center + radius * n, p_error, ng: if flip { -n } else { n }, triangle: NO_PRIMITIVE }
 }
 
 /// 1 − cos θmax of the cone around a sphere; `None` from inside and on the sphere, where its front cannot be seen.

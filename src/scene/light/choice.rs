@@ -40,14 +40,14 @@ pub struct LightSample {
 
 /// One outcome of the choice.
 #[derive(Clone, Debug)]
-struct Entry {
-    light: u32,
-    radiance: Rgb,
-    kind: Kind,
+pub(super) struct Entry {
+    pub(super) light: u32,
+    pub(super) radiance: Rgb,
+    pub(super) kind: Kind,
 }
 
 #[derive(Clone, Debug)]
-enum Kind {
+pub(super) enum Kind {
     Area(Emitter),
     /// All constant lights of the scene.
     Environment,
@@ -60,8 +60,10 @@ const ABSENT: u32 = u32::MAX;
 /// Draws points on the lights of one scene. Point lights always take part, lights with an extent unless [`Lights::None`].
 #[derive(Clone, Debug)]
 pub struct LightSampler {
-    entries: Vec<Entry>,
-    choice: Discrete,
+    pub(super) entries: Vec<Entry>,
+    pub(super) choice: Discrete,
+    /// Whether all entries are parallelograms, sampled by area.
+    pub(super) patches_alone: bool,
     /// Entry of each shape, or [`ABSENT`].
     of_shape: Vec<u32>,
     /// Density of any direction to the environment.
@@ -110,7 +112,10 @@ impl LightSampler {
         }
         let choice = Discrete::new(&weights);
         let environment_pdf = environment.map_or(0.0, |e| constant::pdf() * choice.pmf(e));
-        Self { entries, choice, of_shape, environment_pdf, solid_angle: lights == Lights::SolidAngle }
+        let solid_angle = lights == Lights::SolidAngle;
+        let is_patch = |e: &Entry| matches!(&e.kind, Kind::Area(emitter) if emitter.patch().is_some());
+        let patches_alone = !solid_angle && entries.iter().all(is_patch);
+        Self { entries, choice, patches_alone, of_shape, environment_pdf, solid_angle }
     }
 
     /// A sample of the light that arrives at `p`. Words 0, 1 place it on the light, 2 picks the light, 3 a part of it.

@@ -3,11 +3,13 @@
 mod area;
 mod choice;
 mod constant;
+mod lanes;
 mod point;
 
 pub use area::{LightPoint, emitted};
 pub use choice::{LightSample, LightSampler, LightTarget};
 pub use constant::environment;
+pub use lanes::LightSamples;
 
 use crate::math::{Rgb, Vec3};
 

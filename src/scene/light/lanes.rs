@@ -1,0 +1,186 @@
+//! Light samples for eight points at once.
+
+use super::area::{LightPoint, Patch};
+use super::choice::{Entry, Kind};
+use super::{LightSample, LightSampler, LightTarget};
+use crate::accel::Endpoint;
+use crate::math::density::Area;
+use crate::math::lanes::{bits, lane_of, set_bits};
+use crate::math::{LANES, Vec3, Vec3Lanes};
+use crate::sampling::rng::unit_f32;
+use crate::scene::Scene;
+
+/// Eight light samples: see [`LightSample`].
+#[derive(Clone, Copy, Debug)]
+pub struct LightSamples {
+    /// Bit i: lane i holds a sample.
+    pub lanes: u32,
+    /// Those of them that have no end point.
+    pub directions: u32,
+    /// Those of them that no other technique can meet.
+    pub delta: [bool; LANES],
+    /// Points on the lights.
+    pub p: Vec3Lanes,
+    /// Bounds on their errors.
+    pub p_error: Vec3Lanes,
+    /// Normals there.
+    pub ng: Vec3Lanes,
+    /// Triangles that they lie on.
+    pub triangle: [u32; LANES],
+    /// Unit vectors to them.
+    pub wi: Vec3Lanes,
+    /// See [`LightSample::emitted`].
+    pub emitted: Vec3Lanes,
+    /// See [`LightSample::pdf`].
+    pub pdf: [f32; LANES],
+    /// See [`LightSample::light`].
+    pub light: [u32; LANES],
+}
+
+impl LightSamples {
+    /// No samples.
+    pub const NONE: Self = {
+        let zero = Vec3Lanes::ZERO;
+        Self {
+            lanes: 0,
+            directions: 0,
+            delta: [false; LANES],
+            p: zero,
+            p_error: zero,
+            ng: zero,
+            triangle: [0; LANES],
+            wi: zero,
+            emitted: zero,
+            pdf: [0.0; LANES],
+            light: [0; LANES],
+        }
+    };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, sample: &LightSample) {
+        self.lanes |= 1 << lane;
+        match sample.to {
+            LightTarget::Direction => self.directions |= 1 << lane,
+            LightTarget::Point(at) => {
+                self.p.set(lane, at.p);
+                self.p_error.set(lane, at.p_error);
+                self.ng.set(lane, at.ng);
+                self.triangle[lane] = at.triangle;
+            }
+        }
+        self.delta[lane] = sample.delta;
+        self.wi.set(lane, sample.wi);
+        self.emitted.set(lane, sample.emitted);
+        self.pdf[lane] = sample.pdf;
+        self.light[lane] = sample.light;
+    }
+
+    /// The end of a lane's shadow ray.
+    #[inline(always)]
+    pub fn endpoint(&self, lane: usize) -> Endpoint {
+        Endpoint {
+            p: self.p.get(lane),
+            p_error: self.p_error.get(lane),
+            ng: self.ng.get(lane),
+            triangle: self.triangle[lane],
+        }
+    }
+}
+
+/// The parallelograms that eight points look at.
+struct Patches {
+    corner: Vec3Lanes,
+    u: Vec3Lanes,
+    v: Vec3Lanes,
+    ng: Vec3Lanes,
+    density: [f32; LANES],
+    start: [u32; LANES],
+}
+
+impl Patches {
+    #[inline(always)]
+    fn set(&mut self, lane: usize, patch: &Patch) {
+        self.corner.set(lane, patch.corner);
+        self.u.set(lane, patch.u);
+        self.v.set(lane, patch.v);
+        self.ng.set(lane, patch.ng);
+        self.density[lane] = patch.density.0;
+        self.start[lane] = patch.start;
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Patch {
+        Patch {
+            corner: self.corner.get(lane),
+            u: self.u.get(lane),
+            v: self.v.get(lane),
+            ng: self.ng.get(lane),
+            density: Area(self.density[lane]),
+            start: self.start[lane],
+        }
+    }
+}
+
+impl LightSampler {
+    /// [`Self::sample`] for the points whose bit is set in `live`, with the same bits, into empty `samples`; `[word][lane]`.
+    #[inline(always)]
+    pub fn sample_lanes(
+        &self,
+        scene: &Scene,
+        p: &Vec3Lanes,
+        words: &[[u32; LANES]; 4],
+        live: u32,
+        samples: &mut LightSamples,
+    ) {
+        if self.patches_alone {
+            return self.sample_patches(p, words, live, samples);
+        }
+        for lane in set_bits(live) {
+            if let Some(sample) = self.sample(scene, p.get(lane), lane_of(words, lane)) {
+                samples.set(lane, &sample);
+            }
+        }
+    }
+
+    /// All lights are parallelograms sampled by area: what differs is looked up first, then all lanes run the same code.
+    #[inline(always)]
+    fn sample_patches(&self, p: &Vec3Lanes, words: &[[u32; LANES]; 4], live: u32, samples: &mut LightSamples) {
+        let zero = Vec3Lanes::ZERO;
+        let mut patches =
+            Patches { corner: zero, u: zero, v: zero, ng: zero, density: [0.0; LANES], start: [0; LANES] };
+        let mut choice_pdf = [0.0; LANES];
+        let mut look_up = |lane: usize, index: usize| {
+            let Entry { light, radiance, kind } = &self.entries[index];
+            if let Kind::Area(emitter) = kind
+                && let Some(patch) = emitter.patch()
+            {
+                patches.set(lane, patch);
+            }
+            choice_pdf[lane] = self.choice.pmf(index);
+            samples.emitted.set(lane, *radiance);
+            samples.light[lane] = *light;
+        };
+        if self.entries.len() == 1 {
+            // No choice: the same for all lanes.
+            (0..LANES).for_each(|lane| look_up(lane, 0));
+        } else {
+            set_bits(live).for_each(|lane| look_up(lane, self.choice.pick(words[2][lane])));
+        }
+        let mut hidden = [0; LANES];
+        for lane in 0..LANES {
+            let from = p.get(lane);
+            let u = [unit_f32(words[0][lane]), unit_f32(words[1][lane])];
+            let (at, pdf) = patches.get(lane).sample(from, u);
+            let LightPoint { p, p_error, ng, triangle } = at;
+            let wi = (p - from).try_normalize();
+            hidden[lane] = u32::from(pdf.is_none() || wi.is_none());
+            samples.p.set(lane, p);
+            samples.p_error.set(lane, p_error);
+            samples.ng.set(lane, ng);
+            samples.triangle[lane] = triangle;
+            samples.wi.set(lane, wi.unwrap_or(Vec3::ZERO));
+            samples.pdf[lane] = pdf.map_or(0.0, |d| d.0 * choice_pdf[lane]);
+        }
+        samples.lanes = live & !bits(&hidden);
+    }
+}

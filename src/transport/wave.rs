@@ -1,0 +1,191 @@
+//! Paths side by side: the samples of one pixel that advance together, in packets of eight lanes. What lanes without a live
+//! path hold is computed along and never kept.
+
+use crate::accel::{Endpoint, Rays, SurfacePoint};
+use crate::math::lanes::set_bits;
+use crate::math::{LANES, Rgb, Vec3, Vec3Lanes};
+use crate::moments::BLOCK;
+use crate::scene::Material;
+use std::ops::Range;
+
+/// Most samples of a wave.
+pub const WAVE: usize = BLOCK as usize;
+
+/// Eight paths between two vertices.
+#[derive(Clone, Copy)]
+pub(super) struct Paths {
+    /// Bit i: lane i holds a path that goes on.
+    pub(super) live: u32,
+    /// Which sample a lane traces.
+    pub(super) sample: [u64; LANES],
+    /// Where its radiance is put in the end.
+    slot: [u32; LANES],
+    pub(super) ray: Rays,
+    /// Unit vector against the ray.
+    pub(super) wo: Vec3Lanes,
+    /// Throughput.
+    pub(super) beta: Vec3Lanes,
+    /// Radiance so far.
+    pub(super) radiance: Vec3Lanes,
+    /// Where the ray's direction was drawn, and its density, sr⁻¹. Not for camera rays.
+    pub(super) p: Vec3Lanes,
+    pub(super) pdf: [f32; LANES],
+}
+
+impl Paths {
+    const NONE: Self = Self {
+        live: 0,
+        sample: [0; LANES],
+        slot: [0; LANES],
+        ray: Rays::ZERO,
+        wo: Vec3Lanes::ZERO,
+        beta: Vec3Lanes::ZERO,
+        radiance: Vec3Lanes::ZERO,
+        p: Vec3Lanes::ZERO,
+        pdf: [0.0; LANES],
+    };
+
+    #[inline(always)]
+    pub(super) fn is_live(&self, lane: usize) -> bool {
+        self.live >> lane & 1 == 1
+    }
+
+    /// The path goes no further.
+    #[inline(always)]
+    pub(super) fn end(&mut self, lane: usize) {
+        self.live &= !(1 << lane);
+    }
+
+    #[inline(always)]
+    pub(super) fn add(&mut self, lane: usize, value: Rgb) {
+        self.radiance.set(lane, self.radiance.get(lane) + value);
+    }
+}
+
+/// All paths of a wave, the live ones in front.
+pub(super) struct Wave {
+    packets: [Paths; WAVE / LANES],
+    /// Lanes in use.
+    len: usize,
+}
+
+impl Wave {
+    /// No paths.
+    pub(super) const EMPTY: Self = Self { packets: [Paths::NONE; WAVE / LANES], len: 0 };
+
+    /// Puts samples into the lanes.
+    #[inline(always)]
+    pub(super) fn fill(&mut self, samples: Range<u64>) {
+        self.len = (samples.end - samples.start) as usize;
+        assert!(self.len <= WAVE, "{} samples in a wave", self.len);
+        for i in 0..self.len {
+            let (paths, lane) = (&mut self.packets[i / LANES], i % LANES);
+            paths.live |= 1 << lane;
+            paths.sample[lane] = samples.start + i as u64;
+            paths.slot[lane] = i as u32;
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    #[inline(always)]
+    pub(super) fn packets(&mut self) -> &mut [Paths] {
+        &mut self.packets[..self.len.div_ceil(LANES)]
+    }
+
+    /// Hands out the radiance of ended paths and fills their lanes from the back.
+    pub(super) fn retire(&mut self, radiance: &mut [Rgb]) {
+        for packet in 0..self.len.div_ceil(LANES) {
+            for lane in set_bits(!self.packets[packet].live & 0xFF) {
+                let hole = packet * LANES + lane;
+                self.drop_ended(hole, radiance);
+                if hole >= self.len {
+                    return;
+                }
+                self.hand_out(hole, radiance);
+                self.len -= 1;
+                self.move_lane(self.len, hole);
+            }
+        }
+    }
+
+    /// Ended paths at the back, as far as `first`, leave no hole.
+    fn drop_ended(&mut self, first: usize, radiance: &mut [Rgb]) {
+        while self.len > first && !self.packets[(self.len - 1) / LANES].is_live((self.len - 1) % LANES) {
+            self.len -= 1;
+            self.hand_out(self.len, radiance);
+        }
+    }
+
+    fn hand_out(&self, i: usize, radiance: &mut [Rgb]) {
+        let paths = &self.packets[i / LANES];
+        radiance[paths.slot[i % LANES] as usize] = paths.radiance.get(i % LANES);
+    }
+
+    /// Puts the live path `from` where an ended one was.
+    fn move_lane(&mut self, from: usize, to: usize) {
+        let (f, other, t, lane) = (from / LANES, from % LANES, to / LANES, to % LANES);
+        let p = &mut self.packets;
+        p[t].sample[lane] = p[f].sample[other];
+        p[t].slot[lane] = p[f].slot[other];
+        p[t].pdf[lane] = p[f].pdf[other];
+        let Paths { ray, wo, beta, radiance, p: origin, .. } = &p[f];
+        let (ray, wo, beta) = (ray.get(other), wo.get(other), beta.get(other));
+        let (radiance, origin) = (radiance.get(other), origin.get(other));
+        p[t].ray.set(lane, ray);
+        p[t].wo.set(lane, wo);
+        p[t].beta.set(lane, beta);
+        p[t].radiance.set(lane, radiance);
+        p[t].p.set(lane, origin);
+        p[t].live |= 1 << lane;
+        p[f].end(other);
+    }
+}
+
+/// The surfaces that eight paths have reached. Lanes without one are black.
+pub(super) struct Vertices {
+    pub(super) p: Vec3Lanes,
+    pub(super) p_error: Vec3Lanes,
+    pub(super) ng: Vec3Lanes,
+    /// Shading normals on the side that the path came from.
+    pub(super) normal: Vec3Lanes,
+    pub(super) triangle: [u32; LANES],
+    pub(super) material: [Material; LANES],
+}
+
+impl Vertices {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        let zero = Vec3Lanes::ZERO;
+        Self {
+            p: zero,
+            p_error: zero,
+            ng: zero,
+            normal: zero,
+            triangle: [0; LANES],
+            material: [Material::Black; LANES],
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, at: &SurfacePoint, normal: Vec3, material: Material) {
+        self.p.set(lane, at.p);
+        self.p_error.set(lane, at.p_error);
+        self.ng.set(lane, at.ng);
+        self.normal.set(lane, normal);
+        self.triangle[lane] = at.triangle;
+        self.material[lane] = material;
+    }
+
+    #[inline(always)]
+    pub(super) fn endpoint(&self, lane: usize) -> Endpoint {
+        Endpoint {
+            p: self.p.get(lane),
+            p_error: self.p_error.get(lane),
+            ng: self.ng.get(lane),
+            triangle: self.triangle[lane],
+        }
+    }
+}

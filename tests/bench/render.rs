@@ -1,0 +1,101 @@
+//! Samples per second of the path tracer on the Cornell box, what moments and checkpoints cost beside it, peak memory.
+//! `cargo bench --bench render`. CPU seconds of all threads (Linux; else wall seconds), medians of interleaved rounds, since
+//! the machine may be busy.
+
+use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
+use rootn::estimator::{Cell, Estimate, Estimator, estimate_by_blocks};
+use rootn::moments::cell::{CellFolder, Checkpoint};
+use rootn::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy};
+use rootn::sampling::{Key, Role};
+use std::hint::black_box;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+const SPP: u64 = 256;
+const ROUNDS: usize = 5;
+
+/// User CPU seconds of this process so far.
+fn cpu_seconds(start: Instant) -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let ticks = stat.rsplit(')').next().and_then(|s| s.split_whitespace().nth(11)?.parse::<f64>().ok());
+    ticks.map_or_else(|| start.elapsed().as_secs_f64(), |t| t / 100.0)
+}
+
+fn peak_memory() -> String {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    line.map_or("unknown".into(), |l| l.trim().to_owned())
+}
+
+fn median(mut x: Vec<f64>) -> f64 {
+    x.sort_by(f64::total_cmp);
+    x[x.len() / 2]
+}
+
+/// CPU and wall seconds.
+fn timed(start: Instant, work: impl FnOnce()) -> [f64; 2] {
+    let (cpu, wall) = (cpu_seconds(start), Instant::now());
+    work();
+    [cpu_seconds(start) - cpu, wall.elapsed().as_secs_f64()]
+}
+
+/// Estimates and keeps every power of two, and the state from which the run goes on.
+fn with_checkpoints(estimator: &CpuEstimator, cell: &Cell, folder: &Path) {
+    let (shape, folder) = (estimator.shape(), CellFolder::new(folder, estimator.identity()));
+    folder.remove().unwrap();
+    let mut estimate: Option<Estimate> = None;
+    for n in (0..=SPP.trailing_zeros()).map(|k| 1 << k) {
+        let next = estimator.estimate(cell, n, estimate.take()).unwrap();
+        folder.save_checkpoint(n, &Checkpoint::of(&next)).unwrap();
+        folder.save_state(&next, shape.pixels(), shape.channels).unwrap();
+        estimate = Some(next);
+    }
+}
+
+fn report(name: &str, path: &Path, folder: &Path) {
+    let mut scene = rootn::scene::format::load(path, &[], Some([96, 96])).unwrap();
+    scene.depth.max = Some(8);
+    let prepared = Arc::new(PreparedScene::new(scene).unwrap());
+    let roulette = Some(Roulette::Never(NoRoulette::None));
+    let strategy = Strategy { roulette, ..Preset::Mis.strategy() };
+    let estimator = CpuEstimator::new(prepared, strategy);
+    let shape = estimator.shape();
+    let cell = Cell { key: Key::new(1, Role::Run, "bench", 0), length: SPP };
+    let start = Instant::now();
+    let mut seconds = [const { Vec::new() }; 3];
+    let mut wall = Vec::new();
+    for _ in 0..ROUNDS {
+        let [cpu, elapsed] = timed(start, || drop(black_box(estimator.estimate(&cell, SPP, None))));
+        seconds[0].push(cpu);
+        wall.push(elapsed);
+        // The same bookkeeping for samples that cost nothing, ten times, for the clock is coarse.
+        let fill = |pixel: u32, samples: std::ops::Range<u64>, out: &mut [f64]| {
+            out.iter_mut().enumerate().for_each(|(i, x)| *x = ((samples.start ^ u64::from(pixel)) + i as u64) as f64);
+        };
+        let [cpu, _] =
+            timed(start, || (0..10).for_each(|_| drop(black_box(estimate_by_blocks(shape, SPP, None, fill)))));
+        seconds[1].push(cpu / 10.0);
+        seconds[2].push(timed(start, || with_checkpoints(&estimator, &cell, folder))[0]);
+    }
+    let [whole, moments, checkpoints] = seconds.map(median);
+    let samples = SPP as f64 * shape.pixels() as f64 / 1e6;
+    println!("{name}: {:.2} million samples per CPU second, {:.2} per second", samples / whole, samples / median(wall));
+    println!("  moments: {:.1} % of the rendering alone", 100.0 * moments / (whole - moments));
+    println!("  checkpoints at all powers of two: {:+.1} %", 100.0 * (checkpoints / whole - 1.0));
+}
+
+fn main() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    report("cornell box", &root.join("experiments/scenes/cornell-box.xml"), folder.path());
+    for file in ["bitterli-cornell-box/mitsuba/scene_v3.xml", "own/dragon.xml", "own/lights.xml"] {
+        let path = root.join("../shared/scenes").join(file);
+        if path.exists() {
+            report(file, &path, folder.path());
+        } else {
+            println!("{file}: skipped, ../shared/scenes is absent");
+        }
+    }
+    println!("peak memory: {}", peak_memory());
+}

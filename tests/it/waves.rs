@@ -1,0 +1,157 @@
+//! Lanes: eight rays at once against brute force, and samples that must not depend on what shares their wave.
+
+use crate::support::shared;
+use rootn::accel::brute::Brute;
+use rootn::accel::bvh::Bvh;
+use rootn::accel::simd::{Portable, Simd};
+use rootn::accel::{Intersect, NO_PRIMITIVE, Ray, Rays};
+use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
+use rootn::estimator::{Cell, Estimator, estimate_by_samples};
+use rootn::math::{LANES, Vec3};
+use rootn::sampling::strategy::{Heuristic, Lights, Preset, Roulette, Strategy};
+use rootn::sampling::{Key, Role};
+use rootn::scene::{Geometry, Scene, Shape, Triangle};
+use rootn::transport::NoSink;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1 << 24) as f32
+    }
+
+    /// Of the cube [−1, 1]³; every other time on a coarse lattice, so that rays meet edges, corners and planes to the last bit.
+    fn point(&mut self) -> Vec3 {
+        let p = Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0;
+        if self.unit() < 0.5 { (p * 2.0).round() / 2.0 } else { p }
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.unit() * n as f32) as usize
+    }
+}
+
+fn soup(r: &mut Random, n: usize) -> Scene {
+    let mut positions: Vec<Vec3> = Vec::new();
+    while positions.len() < 3 * n {
+        let [a, b, c, d] = [r.point(), r.point(), r.point(), r.point()];
+        // Single triangles, and quadrilaterals cut along either diagonal, wound both ways.
+        match r.below(4) {
+            0 => positions.extend([a, b, c]),
+            1 => positions.extend([a, b, c, a, c, d]),
+            2 => positions.extend([b, c, a, d, a, c]),
+            _ => positions.extend([a, c, b, c, d, b]),
+        }
+    }
+    positions.truncate(3 * n);
+    let n = n as u32;
+    Scene {
+        normals: vec![Vec3::ZERO; positions.len()],
+        positions,
+        triangles: (0..n).map(|i| Triangle { vertices: [3 * i, 3 * i + 1, 3 * i + 2], shape: 0 }).collect(),
+        shapes: vec![Shape {
+            geometry: Geometry::Mesh { range: 0..n, smooth: false },
+            front: 0,
+            back: 0,
+            light: None,
+            name: "soup".into(),
+        }],
+        ..Scene::default()
+    }
+}
+
+fn ray(r: &mut Random, triangles: usize) -> Ray {
+    let (origin, target) = (r.point(), r.point());
+    let direction = if origin == target { Vec3::X } else { target - origin };
+    let t_max = [f32::INFINITY, 1.0, 0.5][r.below(3)];
+    let mut end = || if r.unit() < 0.5 { r.below(triangles) as u32 } else { NO_PRIMITIVE };
+    let (from, to) = (end(), end());
+    Ray { from, to, ..Ray::new(origin, direction, t_max) }
+}
+
+/// Bit for bit, and lanes that are not live stay out of it.
+fn lanes_equal_brute_force(simd: impl Simd) {
+    let r = &mut Random(1);
+    let (mut hits, mut rays_cast) = (0, 0);
+    for round in 0..400 {
+        let n = [1, 2, 7, 36, 64, 65][round % 6];
+        let scene = soup(r, n);
+        let (bvh, brute) = (Bvh::new(&scene).unwrap(), Brute::new(&scene).unwrap());
+        for _ in 0..20 {
+            let mut rays = Rays::ZERO;
+            (0..LANES).for_each(|lane| rays.set(lane, ray(r, n)));
+            let live = 1 + r.below(255) as u32;
+            let found = bvh.closest_lanes(simd, &rays, live);
+            let occluded = bvh.occluded_lanes(simd, &rays, live);
+            assert_eq!(occluded & !live, 0);
+            for lane in (0..LANES).filter(|lane| live >> lane & 1 == 1) {
+                let ray = rays.get(lane);
+                let expected = brute.closest(&ray);
+                assert_eq!(found.get(lane), expected, "{n} triangles, {ray:?}");
+                assert_eq!(occluded >> lane & 1 == 1, expected.is_some(), "{n} triangles, {ray:?}");
+                if let Some(hit) = expected {
+                    assert!(hit.primitive != ray.from && hit.primitive != ray.to, "{ray:?}");
+                }
+                (hits, rays_cast) = (hits + usize::from(expected.is_some()), rays_cast + 1);
+            }
+        }
+    }
+    assert!(hits > rays_cast / 4 && hits < rays_cast, "{hits} of {rays_cast} rays hit");
+}
+
+#[test]
+fn lanes_equal_brute_force_without_instructions() {
+    lanes_equal_brute_force(Portable);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn lanes_equal_brute_force_with_avx2() {
+    if let Some(avx2) = rootn::accel::simd::Avx2::detect() {
+        lanes_equal_brute_force(avx2);
+    }
+}
+
+/// Scenes with walls, quadrics, smooth meshes, points and environments as lights.
+fn scenes() -> Vec<PathBuf> {
+    let mut scenes = vec![PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/scenes/cornell-box.xml"))];
+    if let Some(own) = shared("scenes/own") {
+        scenes.extend(["lights.xml", "dragon.xml", "overcast.xml", "baffle.xml"].map(|f| own.join(f)));
+    }
+    scenes
+}
+
+/// What blocks of samples leave (64 at once, with the processor's widest instructions), what the same samples leave one by
+/// one with plain ones, and what interrupted blocks leave: the same bits.
+#[test]
+fn samples_do_not_depend_on_their_wave() {
+    for path in scenes() {
+        let scene = rootn::scene::format::load(&path, &[], Some([7, 5])).unwrap();
+        let prepared = Arc::new(PreparedScene::new(scene).unwrap());
+        let more = [
+            Strategy { lights: Lights::SolidAngle, ..Preset::Mis.strategy() },
+            Strategy { heuristic: Heuristic::Maximum, roulette: Some(Roulette::Depth(2)), ..Preset::Mis.strategy() },
+        ];
+        for strategy in Preset::ALL.map(Preset::strategy).into_iter().chain(more) {
+            let estimator = CpuEstimator::new(prepared.clone(), strategy);
+            let cell = |seed| Cell { key: Key::new(seed, Role::Run, "waves", 0), length: 100 };
+            let whole = estimator.estimate(&cell(1), 100, None).unwrap();
+            let one_by_one =
+                estimate_by_samples(estimator.shape(), strategy.sequence, &cell(1), 100, None, |draw, out| {
+                    let c = estimator.sample_with(draw, &mut NoSink);
+                    out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
+                });
+            assert!(whole.moments == one_by_one.moments, "{}: {strategy:?}", path.display());
+            if estimator.progressive() {
+                let part = estimator.estimate(&cell(1), 37, None).unwrap();
+                let resumed = estimator.estimate(&cell(1), 100, Some(part)).unwrap();
+                assert!(whole.moments == resumed.moments, "{}: {strategy:?}", path.display());
+            }
+            let other = estimator.estimate(&cell(2), 100, None).unwrap();
+            assert!(whole.moments != other.moments, "{}: the comparison cannot fail", path.display());
+        }
+    }
+}
