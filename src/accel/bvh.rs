@@ -110,16 +110,21 @@ impl Bvh {
     /// [`Self::occluded_with`] for the lanes whose bit is set in `live`: their answers as bits.
     #[inline(always)]
     pub fn occluded_lanes<S: Simd>(&self, s: S, rays: &Rays, live: u32) -> u32 {
+        // Loops, not folds: a closure that stays out of line would be compiled for other instructions.
+        let mut found = 0;
         let Some(few) = &self.few else {
-            return set_bits(live)
-                .fold(0, |found, lane| found | u32::from(self.occluded_with(s, &rays.get(lane))) << lane);
-        };
-        let found = few.occluded(s, rays, live);
-        if self.quadrics.is_none() {
+            for lane in set_bits(live) {
+                found |= u32::from(self.occluded_with(s, &rays.get(lane))) << lane;
+            }
             return found;
+        };
+        found = few.occluded(s, rays, live);
+        if self.quadrics.is_some() {
+            for lane in set_bits(live & !found) {
+                found |= u32::from(self.meets_quadric(s, &rays.get(lane))) << lane;
+            }
         }
-        set_bits(live & !found)
-            .fold(found, |found, lane| found | u32::from(self.meets_quadric(s, &rays.get(lane))) << lane)
+        found
     }
 
     /// [`Intersect::occluded`] with a chosen instruction set, to be inlined into a caller compiled for it.
