@@ -3,6 +3,7 @@
 use super::{Cell, Estimate, Estimator, Shape, dependence_of, estimate_by_samples, is_progressive};
 use crate::error::Result;
 use crate::record::Dependence;
+use crate::sampling::dimension::{Decision, group};
 use crate::sampling::rng::{philox4x32, unit_f64};
 use crate::sampling::{Draw, Sequence};
 use schemars::JsonSchema;
@@ -166,11 +167,16 @@ impl Estimator for IntegrandEstimator {
 }
 
 /// A point of the sequence in (0, 1)ᵈ with 53 bits: the sequence gives the leading 32 of each coordinate, and fresh
-/// random digits follow, as scrambling or jittering would give them. In one dimension the coordinate is word 2 of its
-/// group: stratified points have strata of their own there, in words 0 and 1 cells of a grid.
+/// random digits follow, as scrambling or jittering would give them. Coordinates are taken in pairs, which are cells of a
+/// grid for stratified points; four at a time they are one Sobol point. A single coordinate is word 2 of its group:
+/// stratified points have strata of their own there.
 fn point(draw: &Draw, u: &mut [f64]) {
-    for (group, u) in u.chunks_mut(4).enumerate() {
-        let group = group as u32;
+    for (pair, u) in (0u32..).zip(u.chunks_mut(2)) {
+        let vertex = pair / 2;
+        let group = match pair % 2 {
+            0 => group(vertex, Decision::Direction),
+            _ => group(vertex + 1, Decision::Light),
+        };
         let words = draw.words(group);
         let below =
             philox4x32([draw.pixel, draw.sample as u32, (draw.sample >> 32) as u32, group | LOW_BITS], draw.key);

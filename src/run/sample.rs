@@ -17,7 +17,7 @@ pub fn interrupt() {
 /// Longest stretch of sampling between looks at the interrupt flag.
 const SLICE: Duration = Duration::from_secs(2);
 
-/// Samples a cell up to `n` per value, or until interrupted (second part of the result): a slice of about [`SLICE`] at a time.
+/// Samples a cell up to `n` per value, or until interrupted (second part of the result): about two seconds at a time.
 pub fn sample(
     estimator: &dyn Estimator,
     cell: &Cell,

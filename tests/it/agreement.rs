@@ -43,13 +43,13 @@ const CASES: [Case; 6] = [
     Case {
         name: "bitterli-cornell-box",
         scene: "bitterli-cornell-box/mitsuba/scene_v3.xml",
-        spp: [1440, 800, 800, 64, 64, 128, 64],
+        spp: [1440, 800, 800, 64, 64, 192, 64],
     },
-    Case { name: "mitsuba-cbox", scene: "mitsuba-cbox/cbox-rgb.xml", spp: [1920, 1120, 1120, 64, 64, 288, 64] },
-    Case { name: "own-lights", scene: "own/lights.xml", spp: [24576, 15360, 15360, 64, 64, 352, 64] },
-    Case { name: "own-baffle", scene: "own/baffle.xml", spp: [5120, 1024, 1024, 80, 80, 960, 80] },
-    Case { name: "own-overcast", scene: "own/overcast.xml", spp: [64, 64, 64, 64, 64, 256, 64] },
-    Case { name: "own-dragon", scene: "own/dragon.xml", spp: [384, 240, 240, 64, 64, 592, 64] },
+    Case { name: "mitsuba-cbox", scene: "mitsuba-cbox/cbox-rgb.xml", spp: [1920, 1120, 1120, 64, 64, 448, 64] },
+    Case { name: "own-lights", scene: "own/lights.xml", spp: [24576, 15360, 15360, 64, 64, 512, 64] },
+    Case { name: "own-baffle", scene: "own/baffle.xml", spp: [5120, 1024, 1024, 80, 80, 1408, 80] },
+    Case { name: "own-overcast", scene: "own/overcast.xml", spp: [64, 64, 64, 64, 64, 384, 64] },
+    Case { name: "own-dragon", scene: "own/dragon.xml", spp: [384, 240, 240, 64, 64, 896, 64] },
 ];
 
 /// Independent runs that each preset's samples are split into.

@@ -3,6 +3,7 @@
 use crate::chi2::pearson;
 use crate::support::{level, seed};
 use proptest::prelude::*;
+use rootn::sampling::dimension::{Decision, group};
 use rootn::sampling::discrete::Discrete;
 use rootn::sampling::rng::{philox4x32, unit_f32, unit_f64};
 use rootn::sampling::sequence::{permute, sobol};
@@ -161,12 +162,19 @@ fn equidistributed(points: &[[u32; 4]], dims: [usize; 2], bits: u32) -> bool {
 /// Quality of a pair of dimensions: t ≤ Σ (degree − 1) (Sobol 1967; Niederreiter 1992, §4.5).
 const QUALITY: [u32; 4] = [0, 0, 1, 2];
 
+/// The two four-dimensional points that a direction at a vertex and the light at the next one share.
+fn sobol_sets(d: Draw, vertex: u32) -> [[u32; 4]; 2] {
+    let direction = d.words(group(vertex, Decision::Direction));
+    let light = d.words(group(vertex + 1, Decision::Light));
+    [0, 2].map(|k| [direction[k], direction[k + 1], light[k], light[k + 1]])
+}
+
 #[test]
 fn sobol_fills_elementary_intervals() {
-    for group in [0, 5] {
+    for (vertex, set) in [(0, 0), (0, 1), (2, 0)] {
         let d = draw("sobol", Sequence::Sobol, 4096);
         for start in [0u64, 4096, 1 << 32] {
-            let points: Vec<_> = (0..4096).map(|i| Draw { sample: start + i, ..d }.words(group)).collect();
+            let points: Vec<_> = (0..4096).map(|i| sobol_sets(Draw { sample: start + i, ..d }, vertex)[set]).collect();
             for k in 0..=12 {
                 let points = &points[..1 << k];
                 for (i, ti) in QUALITY.into_iter().enumerate() {
@@ -176,7 +184,10 @@ fn sobol_fills_elementary_intervals() {
                         let bits = u32::saturating_sub(k, t);
                         let filled =
                             if i == j { intervals(points, i, k) } else { equidistributed(points, [i, j], bits) };
-                        assert!(filled, "group {group}, dimensions {i} and {j}, 2^{k} points from {start}");
+                        assert!(
+                            filled,
+                            "vertex {vertex}, set {set}, dimensions {i} and {j}, 2^{k} points from {start}"
+                        );
                     }
                 }
             }

@@ -229,7 +229,8 @@ impl Parallelogram {
     /// Solid angle seen from `p`; `None` from behind and from the plane.
     #[inline(always)]
     fn solid_angle(&self, p: Vec3) -> Option<f32> {
-        Some(parallelogram_solid_angle(self.patch.corner - p, self.patch.u, self.patch.v, self.normal)).filter(|&o| o > 0.0)
+        Some(parallelogram_solid_angle(self.patch.corner - p, self.patch.u, self.patch.v, self.normal))
+            .filter(|&o| o > 0.0)
     }
 
     #[inline(always)]
