@@ -64,6 +64,10 @@ impl Draw {
             Sequence::Independent => self.each_lane(samples, |draw| independent::words(draw, group)),
             Sequence::Stratified => self.each_lane(samples, |draw| stratified::words(draw, group)),
             Sequence::LatinHypercube => self.each_lane(samples, |draw| latin_hypercube::words(draw, group)),
+            // Blocks of 2³² samples are scrambled apart; a packet hardly ever straddles two.
+            Sequence::Sobol if samples.iter().all(|s| s >> 32 == samples[0] >> 32) => {
+                sobol::words_lanes(self, samples, group)
+            }
             Sequence::Sobol => self.each_lane(samples, |draw| sobol::words(draw, group)),
         }
     }

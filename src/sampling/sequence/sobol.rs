@@ -10,6 +10,7 @@
 //! "Building a better LK hash", 2021 (the scrambling hash).
 
 use super::Draw;
+use crate::math::LANES;
 
 /// Recurrences of dimensions 1 to 3 (dimension 0 is van der Corput's): degree, inner coefficients of the primitive polynomial,
 /// first direction numbers.
@@ -57,9 +58,10 @@ const fn table() -> [[[u32; 2]; 256]; 4] {
     t
 }
 
-/// Point `index` of the unscrambled sequence with reversed bits: bit 0 is the first binary digit after the point.
+/// Dimensions 0 and 1 of point `index` of the unscrambled sequence with reversed bits: bit 0 is the first binary digit after
+/// the point.
 #[inline(always)]
-fn sobol_reversed(index: u32) -> [u32; 4] {
+fn low_reversed(index: u32) -> [u32; 2] {
     // Dimension 1 has the matrix of binomial coefficients mod 2, a Kronecker power: five butterflies.
     let mut p = index;
     p ^= (p & 0xAAAA_AAAA) >> 1;
@@ -67,14 +69,21 @@ fn sobol_reversed(index: u32) -> [u32; 4] {
     p ^= (p & 0xF0F0_F0F0) >> 4;
     p ^= (p & 0xFF00_FF00) >> 8;
     p ^= (p & 0xFFFF_0000) >> 16;
-    let [b0, b1, b2, b3] = index.to_le_bytes().map(usize::from);
-    let (t0, t1, t2, t3) = (TABLE[0][b0], TABLE[1][b1], TABLE[2][b2], TABLE[3][b3]);
-    [index, p, t0[0] ^ t1[0] ^ t2[0] ^ t3[0], t0[1] ^ t1[1] ^ t2[1] ^ t3[1]]
+    [index, p]
+}
+
+/// The same of dimensions 2 and 3.
+#[inline(always)]
+fn high_reversed(index: u32) -> [u32; 2] {
+    let [b0, b1, b2, b3] = index.to_le_bytes();
+    let (t0, t1, t2, t3) = (TABLE[0][b0 as usize], TABLE[1][b1 as usize], TABLE[2][b2 as usize], TABLE[3][b3 as usize]);
+    [t0[0] ^ t1[0] ^ t2[0] ^ t3[0], t0[1] ^ t1[1] ^ t2[1] ^ t3[1]]
 }
 
 /// Point `index` of the unscrambled four-dimensional Sobol sequence, as fractions of 2³².
 pub fn sobol(index: u32) -> [u32; 4] {
-    sobol_reversed(index).map(u32::reverse_bits)
+    let ([a, b], [c, d]) = (low_reversed(index), high_reversed(index));
+    [a, b, c, d].map(u32::reverse_bits)
 }
 
 /// Owen scrambling of a word with reversed bits: bit i changes by a hash of the bits below it.
@@ -87,31 +96,68 @@ fn owen_reversed(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53A2_2864)
 }
 
-/// Words of a group: dimensions 0, 1 of two sets for [`Decision::Direction`] at vertex v, dimensions 2, 3 of the same sets for
-/// [`Decision::Light`] at vertex v + 1.
-///
-/// [`Decision::Direction`]: crate::sampling::Decision::Direction
-/// [`Decision::Light`]: crate::sampling::Decision::Light
-#[inline(always)]
-pub(super) fn words(draw: &Draw, group: u32) -> [u32; 4] {
-    // Groups alternate between the two decisions of a vertex; sets of a direction are those of the next vertex's light.
-    let (vertex, light) = (group / 2, group % 2);
-    let (set, first) = (SETS | (2 * (vertex + 1 - light)), 2 * light as usize);
-    let ([a, b], [c, d]) = (pair(draw, set, first), pair(draw, set + 1, first));
-    [a, b, c, d]
+/// What all samples of a value have in common in one set: how its points are shuffled and scrambled.
+#[derive(Clone, Copy)]
+struct Set {
+    shuffle: u32,
+    scramble: [u32; 4],
 }
 
 /// Marks the counters of sets' seeds, apart from those of groups.
 const SETS: u32 = 1 << 30;
 
-/// Dimensions `first` and `first + 1` of a set.
+impl Set {
+    #[inline(always)]
+    fn new(draw: &Draw, block: u64, set: u32) -> Self {
+        let s = draw.seeds(block, SETS | set);
+        // Any four of the five seeds are independent.
+        Self { shuffle: s[0] ^ s[1].rotate_left(8) ^ s[2].rotate_left(16) ^ s[3].rotate_left(24), scramble: s }
+    }
+
+    /// Dimensions 0 and 1 of a sample, or 2 and 3 if `HIGH`.
+    #[inline(always)]
+    fn pair<const HIGH: bool>(&self, sample: u64) -> [u32; 2] {
+        let index = owen_reversed((sample as u32).reverse_bits(), self.shuffle).reverse_bits();
+        let [s0, s1, s2, s3] = self.scramble;
+        let ([a, b], s, t) = if HIGH { (high_reversed(index), s2, s3) } else { (low_reversed(index), s0, s1) };
+        [owen_reversed(a, s).reverse_bits(), owen_reversed(b, t).reverse_bits()]
+    }
+}
+
+/// The two sets that a group's words belong to, and whether they are dimensions 2 and 3 of them (the light's) or 0 and 1.
+/// Groups alternate between the two decisions of a vertex; sets of a direction are those of the next vertex's light.
 #[inline(always)]
-fn pair(draw: &Draw, set: u32, first: usize) -> [u32; 2] {
-    let seeds = draw.seeds(draw.sample >> 32, set);
-    // Any four of the five seeds are independent.
-    let shuffle = seeds[0] ^ seeds[1].rotate_left(8) ^ seeds[2].rotate_left(16) ^ seeds[3].rotate_left(24);
-    let index = owen_reversed((draw.sample as u32).reverse_bits(), shuffle).reverse_bits();
-    let x = sobol_reversed(index);
-    let word = |i: usize| owen_reversed(x[i], seeds[i]).reverse_bits();
-    [word(first), word(first + 1)]
+fn sets(draw: &Draw, block: u64, group: u32) -> ([Set; 2], bool) {
+    let (vertex, light) = (group / 2, group % 2);
+    let set = 2 * (vertex + 1 - light);
+    ([Set::new(draw, block, set), Set::new(draw, block, set + 1)], light == 1)
+}
+
+/// Words of a group: a pair of dimensions of two sets.
+#[inline(always)]
+pub(super) fn words(draw: &Draw, group: u32) -> [u32; 4] {
+    let ([a, b], high) = sets(draw, draw.sample >> 32, group);
+    let ([x, y], [z, w]) = if high {
+        (a.pair::<true>(draw.sample), b.pair::<true>(draw.sample))
+    } else {
+        (a.pair::<false>(draw.sample), b.pair::<false>(draw.sample))
+    };
+    [x, y, z, w]
+}
+
+/// [`words`] of samples of one block of 2³²: `[word][lane]`.
+#[inline(always)]
+pub(super) fn words_lanes(draw: &Draw, samples: &[u64; LANES], group: u32) -> [[u32; LANES]; 4] {
+    let ([a, b], high) = sets(draw, samples[0] >> 32, group);
+    if high { pairs::<true>(a, b, samples) } else { pairs::<false>(a, b, samples) }
+}
+
+#[inline(always)]
+fn pairs<const HIGH: bool>(a: Set, b: Set, samples: &[u64; LANES]) -> [[u32; LANES]; 4] {
+    let mut out = [[0; LANES]; 4];
+    for lane in 0..LANES {
+        let ([x, y], [z, w]) = (a.pair::<HIGH>(samples[lane]), b.pair::<HIGH>(samples[lane]));
+        (out[0][lane], out[1][lane], out[2][lane], out[3][lane]) = (x, y, z, w);
+    }
+    out
 }
