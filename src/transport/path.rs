@@ -196,25 +196,13 @@ impl<'a> PathTracer<'a> {
         if radiance == Rgb::ZERO {
             return Rgb::ZERO;
         }
-        let (pdf_direction, pdf_light, weight) = match last {
-            None => (0.0, 0.0, 1.0),
-            Some((pdf, _)) if self.strategy.lights == Lights::None => (pdf, 0.0, 1.0),
-            Some((pdf, from)) => {
-                let pdf_light = self.lights.pdf(self.scene, from, -wo, at, at.triangle);
-                (pdf, pdf_light, self.weight_of_direction(pdf, pdf_light))
+        let pdf_light = match last {
+            Some((_, from)) if self.strategy.lights != Lights::None => {
+                self.lights.pdf(self.scene, from, -wo, at, at.triangle)
             }
+            _ => 0.0,
         };
-        let value = beta * radiance * weight;
-        sink.contribution(&Contribution {
-            depth,
-            via: Via::Emission,
-            light: Some(light),
-            pdf_direction,
-            pdf_light,
-            weight,
-            value,
-        });
-        value
+        self.met(depth, Some(light), beta * radiance, last.map(|l| l.0), pdf_light, sink)
     }
 
     #[inline(always)]
@@ -222,23 +210,24 @@ impl<'a> PathTracer<'a> {
         if self.environment == Rgb::ZERO {
             return Rgb::ZERO;
         }
-        let (pdf_direction, pdf_light, weight) = match last {
-            None => (0.0, 0.0, 1.0),
-            Some((pdf, _)) => {
-                let pdf_light = self.lights.pdf_environment(direction);
-                (pdf, pdf_light, self.weight_of_direction(pdf, pdf_light))
-            }
-        };
-        let value = beta * self.environment * weight;
-        sink.contribution(&Contribution {
-            depth,
-            via: Via::Emission,
-            light: None,
-            pdf_direction,
-            pdf_light,
-            weight,
-            value,
-        });
+        let pdf_light = last.map_or(0.0, |_| self.lights.pdf_environment(direction));
+        self.met(depth, None, beta * self.environment, last.map(|l| l.0), pdf_light, sink)
+    }
+
+    /// Light that the path ran into by a direction of density `pdf_direction` (`None`: from the camera, where it counts in full).
+    #[inline(always)]
+    fn met<S: Sink>(
+        &self,
+        depth: u32,
+        light: Option<u32>,
+        carried: Rgb,
+        pdf_direction: Option<f32>,
+        pdf_light: f32,
+        sink: &mut S,
+    ) -> Rgb {
+        let weight = pdf_direction.map_or(1.0, |pdf| self.weight_of_direction(pdf, pdf_light));
+        let (pdf_direction, value) = (pdf_direction.unwrap_or(0.0), carried * weight);
+        sink.contribution(&Contribution { depth, via: Via::Emission, light, pdf_direction, pdf_light, weight, value });
         value
     }
 
