@@ -22,6 +22,12 @@ impl Vec3Lanes {
     /// Zero vectors.
     pub const ZERO: Self = Self { x: [0.0; LANES], y: [0.0; LANES], z: [0.0; LANES] };
 
+    /// The same vector in all lanes.
+    #[inline(always)]
+    pub fn splat(v: Vec3) -> Self {
+        Self { x: [v.x; LANES], y: [v.y; LANES], z: [v.z; LANES] }
+    }
+
     /// The vector of a lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Vec3 {

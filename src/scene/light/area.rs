@@ -85,12 +85,6 @@ impl Emitter {
         (area > 0.0 && area.is_finite()).then_some((emitter, area))
     }
 
-    /// The parallelogram, if it is one.
-    #[inline(always)]
-    pub(super) fn patch(&self) -> Option<&Patch> {
-        if let Self::Parallelogram(e) = self { Some(&e.patch) } else { None }
-    }
-
     /// A point of the front side, the unit vector to it from `p`, and the density without the choice of the light. Words 0, 1
     /// place it, word 3 picks the part. `None` where the drawn point, or all of the light, shows `p` its back.
     #[inline(always)]
@@ -191,12 +185,18 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    /// A point, and its density as seen from `p`: `None` where it shows its back.
+    /// What [`Emitter::sample`] gives, in a form without branches: the density is 0 where that is `None`.
     #[inline(always)]
-    pub(super) fn sample(&self, p: Vec3, u: [f32; 2]) -> (LightPoint, Option<SolidAngle>) {
+    pub(super) fn sample(&self, p: Vec3, u: [f32; 2]) -> (LightPoint, Vec3, SolidAngle) {
         let at = self.at(u);
         let to = at.p - p;
-        (at, seen(self.density, to, to.normalize_or_zero(), at.ng))
+        let scale = to.length_recip();
+        let wi = to * scale;
+        let cos = -wi.dot(at.ng);
+        // A distance of 0 or beyond the range of f32 has no direction.
+        let visible = (scale > 0.0) & (scale < f32::INFINITY) & (cos > 0.0);
+        let seen = self.density.seen(to.length_squared(), cos);
+        (at, wi, SolidAngle(if visible { seen.0 } else { 0.0 }))
     }
 
     #[inline(always)]
@@ -207,7 +207,7 @@ impl Patch {
 
 #[derive(Clone, Debug)]
 pub(super) struct Parallelogram {
-    patch: Patch,
+    pub(super) patch: Patch,
     /// u × v; its length is the area.
     normal: Vec3,
     /// Unit edges and their lengths, if they are orthogonal to rounding.

@@ -113,7 +113,7 @@ impl LightSampler {
         let choice = Discrete::new(&weights);
         let environment_pdf = environment.map_or(0.0, |e| constant::pdf() * choice.pmf(e));
         let solid_angle = lights == Lights::SolidAngle;
-        let is_patch = |e: &Entry| matches!(&e.kind, Kind::Area(emitter) if emitter.patch().is_some());
+        let is_patch = |e: &Entry| matches!(e.kind, Kind::Area(Emitter::Parallelogram(_)));
         let patches_alone = !solid_angle && entries.iter().all(is_patch);
         Self { entries, choice, patches_alone, of_shape, environment_pdf, solid_angle }
     }

@@ -1,12 +1,12 @@
 //! Light samples for eight points at once.
 
-use super::area::{LightPoint, Patch};
+use super::area::{Emitter, Patch};
 use super::choice::{Entry, Kind};
 use super::{LightSample, LightSampler, LightTarget};
 use crate::accel::Endpoint;
-use crate::math::density::Area;
+use crate::math::density::{Area, Discrete as Pmf};
 use crate::math::lanes::{bits, lane_of, set_bits};
-use crate::math::{LANES, Vec3, Vec3Lanes};
+use crate::math::{LANES, Vec3Lanes};
 use crate::sampling::rng::unit_f32;
 use crate::scene::Scene;
 
@@ -98,6 +98,23 @@ struct Patches {
 }
 
 impl Patches {
+    const ZERO: Self = {
+        let zero = Vec3Lanes::ZERO;
+        Self { corner: zero, u: zero, v: zero, ng: zero, density: [0.0; LANES], start: [0; LANES] }
+    };
+
+    #[inline(always)]
+    fn splat(patch: &Patch) -> Self {
+        Self {
+            corner: Vec3Lanes::splat(patch.corner),
+            u: Vec3Lanes::splat(patch.u),
+            v: Vec3Lanes::splat(patch.v),
+            ng: Vec3Lanes::splat(patch.ng),
+            density: [patch.density.0; LANES],
+            start: [patch.start; LANES],
+        }
+    }
+
     #[inline(always)]
     fn set(&mut self, lane: usize, patch: &Patch) {
         self.corner.set(lane, patch.corner);
@@ -145,41 +162,36 @@ impl LightSampler {
     /// All lights are parallelograms sampled by area: what differs is looked up first, then all lanes run the same code.
     #[inline(always)]
     fn sample_patches(&self, p: &Vec3Lanes, words: &[[u32; LANES]; 4], live: u32, samples: &mut LightSamples) {
-        let zero = Vec3Lanes::ZERO;
-        let mut patches =
-            Patches { corner: zero, u: zero, v: zero, ng: zero, density: [0.0; LANES], start: [0; LANES] };
-        let mut choice_pdf = [0.0; LANES];
-        let mut look_up = |lane: usize, index: usize| {
-            let Entry { light, radiance, kind } = &self.entries[index];
-            if let Kind::Area(emitter) = kind
-                && let Some(patch) = emitter.patch()
-            {
-                patches.set(lane, patch);
-            }
-            choice_pdf[lane] = self.choice.pmf(index);
-            samples.emitted.set(lane, *radiance);
-            samples.light[lane] = *light;
-        };
-        if self.entries.len() == 1 {
+        let mut patches = Patches::ZERO;
+        let mut choice_pdf = [1.0; LANES];
+        if let [Entry { light, radiance, kind: Kind::Area(Emitter::Parallelogram(e)) }] = &self.entries[..] {
             // No choice: the same for all lanes.
-            (0..LANES).for_each(|lane| look_up(lane, 0));
+            patches = Patches::splat(&e.patch);
+            samples.emitted = Vec3Lanes::splat(*radiance);
+            samples.light = [*light; LANES];
         } else {
-            set_bits(live).for_each(|lane| look_up(lane, self.choice.pick(words[2][lane])));
+            for lane in set_bits(live) {
+                let index = self.choice.pick(words[2][lane]);
+                let Entry { light, radiance, kind } = &self.entries[index];
+                if let Kind::Area(Emitter::Parallelogram(e)) = kind {
+                    patches.set(lane, &e.patch);
+                }
+                choice_pdf[lane] = self.choice.pmf(index);
+                samples.emitted.set(lane, *radiance);
+                samples.light[lane] = *light;
+            }
         }
         let mut hidden = [0; LANES];
         for lane in 0..LANES {
-            let from = p.get(lane);
             let u = [unit_f32(words[0][lane]), unit_f32(words[1][lane])];
-            let (at, pdf) = patches.get(lane).sample(from, u);
-            let LightPoint { p, p_error, ng, triangle } = at;
-            let wi = (p - from).try_normalize();
-            hidden[lane] = u32::from(pdf.is_none() || wi.is_none());
-            samples.p.set(lane, p);
-            samples.p_error.set(lane, p_error);
-            samples.ng.set(lane, ng);
-            samples.triangle[lane] = triangle;
-            samples.wi.set(lane, wi.unwrap_or(Vec3::ZERO));
-            samples.pdf[lane] = pdf.map_or(0.0, |d| d.0 * choice_pdf[lane]);
+            let (at, wi, density) = patches.get(lane).sample(p.get(lane), u);
+            hidden[lane] = u32::from(density.0 == 0.0);
+            samples.p.set(lane, at.p);
+            samples.p_error.set(lane, at.p_error);
+            samples.ng.set(lane, at.ng);
+            samples.triangle[lane] = at.triangle;
+            samples.wi.set(lane, wi);
+            samples.pdf[lane] = (density * Pmf(choice_pdf[lane])).0;
         }
         samples.lanes = live & !bits(&hidden);
     }
