@@ -3,7 +3,7 @@
 
 use super::few::Few;
 use super::primitives::{Best, BoundedQuadric, Primitives};
-use super::simd::{Portable, Simd};
+use super::simd::{Portable, Registers, Simd};
 use super::slab::{Slabs, WideSlabs};
 use super::surface::Surface;
 use super::tree::{Leaves, Tree};
@@ -84,23 +84,23 @@ impl Bvh {
 
     /// [`Self::closest_with`] for the lanes whose bit is set in `live`; the others may hold anything.
     #[inline(always)]
-    pub fn closest_lanes<S: Simd>(&self, s: S, rays: &Rays, live: u32) -> Hits {
+    pub fn closest_lanes<R: Registers>(&self, r: R, rays: &Rays, live: u32) -> Hits {
         let Some(few) = &self.few else {
             let mut hits = Hits::NONE;
             for lane in set_bits(live) {
-                if let Some(hit) = self.closest_with(s, &rays.get(lane)) {
+                if let Some(hit) = self.closest_with(r.eight(), &rays.get(lane)) {
                     hits.set(lane, hit);
                 }
             }
             return hits;
         };
-        let mut hits = few.closest(s, rays, live);
+        let mut hits = few.closest(r.sixteen(), rays, live);
         if self.quadrics.is_some() {
             for lane in set_bits(live) {
                 let ray = rays.get(lane);
                 let mut best = Best::new(&ray);
                 best.hit = hits.get(lane).unwrap_or(best.hit);
-                self.closest_quadric(s, &ray, &mut best);
+                self.closest_quadric(r.eight(), &ray, &mut best);
                 hits.set(lane, best.hit);
             }
         }
@@ -109,19 +109,19 @@ impl Bvh {
 
     /// [`Self::occluded_with`] for the lanes whose bit is set in `live`: their answers as bits.
     #[inline(always)]
-    pub fn occluded_lanes<S: Simd>(&self, s: S, rays: &Rays, live: u32) -> u32 {
+    pub fn occluded_lanes<R: Registers>(&self, r: R, rays: &Rays, live: u32) -> u32 {
         // Loops, not folds: a closure that stays out of line would be compiled for other instructions.
         let mut found = 0;
         let Some(few) = &self.few else {
             for lane in set_bits(live) {
-                found |= u32::from(self.occluded_with(s, &rays.get(lane))) << lane;
+                found |= u32::from(self.occluded_with(r.eight(), &rays.get(lane))) << lane;
             }
             return found;
         };
-        found = few.occluded(s, rays, live);
+        found = few.occluded(r.sixteen(), rays, live);
         if self.quadrics.is_some() {
             for lane in set_bits(live & !found) {
-                found |= u32::from(self.meets_quadric(s, &rays.get(lane))) << lane;
+                found |= u32::from(self.meets_quadric(r.eight(), &rays.get(lane))) << lane;
             }
         }
         found

@@ -1,4 +1,4 @@
-//! Few triangles against eight rays at once: each shared vertex is sheared once for all rays, every triangle is tested
+//! Few triangles against a packet of rays at once: each shared vertex is sheared once for all rays, every triangle is tested
 //! without a branch, and only the crossed ones are looked at again. For scenes that fit into the cache next to their rays
 //! this beats a tree, whose branches are unpredictable for scattered rays. Same arithmetic, same bits as [`super::bvh`].
 
@@ -44,20 +44,20 @@ struct Pair {
     second: u32,
 }
 
-/// Sheared vertices of all triangles for eight rays.
-type Sheared<S> = [MaybeUninit<[<S as Simd>::F; 3]>; VERTICES];
+/// Sheared vertices of all triangles for a packet of rays.
+type Sheared<S> = [MaybeUninit<[<S as Simd<LANES>>::F; 3]>; VERTICES];
 
-/// Per-ray constants of eight rays.
-struct EightRays<S: Simd> {
+/// Per-ray constants of a packet.
+struct PacketRays<S: Simd<LANES>> {
     axes: [S::I; 3],
-    shear: WideShear<S>,
+    shear: WideShear<S, LANES>,
     reach: S::F,
     t_max: S::F,
     /// Triangles that rays start and end on, as numbers.
     ends: [S::F; 2],
 }
 
-impl<S: Simd> EightRays<S> {
+impl<S: Simd<LANES>> PacketRays<S> {
     #[inline(always)]
     fn new(s: S, rays: &Rays) -> Self {
         let mut axes = [[0; LANES]; 3];
@@ -94,18 +94,26 @@ impl<S: Simd> EightRays<S> {
     }
 }
 
-/// Crossed triangles: index and lanes.
+/// Crossed triangles: index and lanes. Room for what is written beyond the end, too.
 struct List {
-    entries: [(u8, u8); 256],
-    len: u8,
+    entries: [MaybeUninit<(u8, u16)>; 2 * FEW],
+    len: usize,
 }
 
 impl List {
+    const EMPTY: Self = Self { entries: [MaybeUninit::uninit(); 2 * FEW], len: 0 };
+
     /// Written in any case, counted where something is crossed: no branch.
     #[inline(always)]
     fn push(&mut self, triangle: u8, lanes: u32) {
-        self.entries[usize::from(self.len)] = (triangle, lanes as u8);
-        self.len = self.len.wrapping_add(u8::from(lanes != 0));
+        self.entries[self.len].write((triangle, lanes as u16));
+        self.len += usize::from(lanes != 0);
+    }
+
+    #[inline(always)]
+    fn get(&self) -> &[(u8, u16)] {
+        // SAFETY: `push` writes before it counts.
+        unsafe { self.entries[..self.len].assume_init_ref() }
     }
 }
 
@@ -133,15 +141,16 @@ impl Few {
 
     /// The nearest hits; lanes that are not `live` may hold anything.
     #[inline(always)]
-    pub(super) fn closest<S: Simd>(&self, s: S, rays: &Rays, live: u32) -> Hits {
-        let eight = EightRays::new(s, rays);
+    pub(super) fn closest<S: Simd<LANES>>(&self, s: S, rays: &Rays, live: u32) -> Hits {
+        let packet = PacketRays::new(s, rays);
         let slabs = WideSlabs::of_rays(s, rays, &self.bounds);
         let mut sheared = [const { MaybeUninit::uninit() }; VERTICES];
-        let list = self.crossed(s, &eight, live, &mut sheared);
+        let mut list = List::EMPTY;
+        self.crossed(s, &packet, live, &mut sheared, &mut list);
         let mut best = s.load(&last(rays));
         let (mut found, mut which) = (0, s.splat(0.0));
         let (mut u, mut v) = (which, which);
-        for &(index, lanes) in &list.entries[..usize::from(list.len)] {
+        for &(index, lanes) in list.get() {
             let triangle = &self.triangles[usize::from(index)];
             let p = corners::<S>(triangle, &sheared);
             let mut crossing = Crossing::new(s, &p);
@@ -149,11 +158,11 @@ impl Few {
             let (near, far) = slabs.one_box(s, &triangle.bounds);
             let mut lanes = u32::from(lanes)
                 & crossing.lanes
-                & within(s, &p, eight.reach)
+                & within(s, &p, packet.reach)
                 & s.le(near, far)
-                & !eight.ends_on(s, index);
+                & !packet.ends_on(s, index);
             let mut t = distance(s, &crossing.weight, &p, near, far);
-            let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(eight.t_max, far));
+            let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(packet.t_max, far));
             if doubtful != 0 {
                 (lanes, t) = settle_ends(s, lanes, doubtful, t, [near, far], |lane, rough| {
                     decide(&rays.get(lane), triangle.positions, rough)
@@ -176,18 +185,19 @@ impl Few {
 
     /// `live` lanes whose segment meets anything.
     #[inline(always)]
-    pub(super) fn occluded<S: Simd>(&self, s: S, rays: &Rays, live: u32) -> u32 {
-        let eight = EightRays::new(s, rays);
+    pub(super) fn occluded<S: Simd<LANES>>(&self, s: S, rays: &Rays, live: u32) -> u32 {
+        let packet = PacketRays::new(s, rays);
         let mut sheared = [const { MaybeUninit::uninit() }; VERTICES];
-        let list = self.crossed(s, &eight, live, &mut sheared);
+        let mut list = List::EMPTY;
+        self.crossed(s, &packet, live, &mut sheared, &mut list);
         if list.len == 0 {
             return 0;
         }
         let slabs = WideSlabs::of_rays(s, rays, &self.bounds);
         let end = s.load(&last(rays));
         let mut found = 0;
-        for &(index, lanes) in &list.entries[..usize::from(list.len)] {
-            let lanes = u32::from(lanes) & !found & !eight.ends_on(s, index);
+        for &(index, lanes) in list.get() {
+            let lanes = u32::from(lanes) & !found & !packet.ends_on(s, index);
             if lanes == 0 {
                 continue;
             }
@@ -196,8 +206,8 @@ impl Few {
             let mut crossing = Crossing::new(s, &p);
             crossing.settle(s, &p);
             let (near, far) = slabs.one_box(s, &triangle.bounds);
-            let lanes = lanes & crossing.lanes & within(s, &p, eight.reach) & s.le(near, far) & s.le(near, end);
-            let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(eight.t_max, far));
+            let lanes = lanes & crossing.lanes & within(s, &p, packet.reach) & s.le(near, far) & s.le(near, end);
+            let doubtful = lanes & (s.le(near, s.splat(0.0)) | s.le(packet.t_max, far));
             found |= lanes & !doubtful;
             if doubtful != 0 {
                 let t = distance(s, &crossing.weight, &p, near, far);
@@ -212,13 +222,19 @@ impl Few {
 
     /// Triangles that the rays' lines cross, in the scene's order, few of them behind or beyond; and all sheared vertices.
     #[inline(always)]
-    fn crossed<S: Simd>(&self, s: S, rays: &EightRays<S>, live: u32, sheared: &mut Sheared<S>) -> List {
+    fn crossed<S: Simd<LANES>>(
+        &self,
+        s: S,
+        rays: &PacketRays<S>,
+        live: u32,
+        sheared: &mut Sheared<S>,
+        list: &mut List,
+    ) {
         for (vertex, sheared) in self.vertices.iter().zip(sheared.iter_mut()) {
             let [x, y, z] = rays.axes;
             let turned = [s.look_up(vertex, x), s.look_up(vertex, y), s.look_up(vertex, z)];
             sheared.write(rays.shear.apply(s, turned));
         }
-        let mut list = List { entries: [(0, 0); 256], len: 0 };
         let zero = s.splat(0.0);
         for pair in &self.pairs {
             // SAFETY: the loop above wrote all vertices, which these are indices of.
@@ -238,7 +254,6 @@ impl Few {
             list.push(pair.first, first & both);
             list.push(pair.first.wrapping_add(1), second & both & pair.second);
         }
-        list
     }
 }
 
@@ -255,7 +270,7 @@ fn pairs(triangles: &[FewTriangle]) -> Vec<Pair> {
             let turned = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|t| !next.contains(&t[1]))?;
             (next.contains(&turned[0]) && next.contains(&turned[2])).then_some([turned[0], turned[1], turned[2], other])
         });
-        let (corners, second) = pair.map_or(([a, b, c, b], 0), |corners| (corners, 0xFF));
+        let (corners, second) = pair.map_or(([a, b, c, b], 0), |corners| (corners, u32::MAX));
         pairs.push(Pair { corners, first: i as u8, second });
         i += if second == 0 { 1 } else { 2 };
     }
@@ -263,7 +278,7 @@ fn pairs(triangles: &[FewTriangle]) -> Vec<Pair> {
 }
 
 #[inline(always)]
-fn corners<S: Simd>(triangle: &FewTriangle, sheared: &Sheared<S>) -> [[S::F; 3]; 3] {
+fn corners<S: Simd<LANES>>(triangle: &FewTriangle, sheared: &Sheared<S>) -> [[S::F; 3]; 3] {
     // SAFETY: the vertices that corners name were written by `Few::crossed`, whose array this is.
     let corner = |v: usize| unsafe { sheared[usize::from(triangle.corners[v])].assume_init() };
     [corner(0), corner(1), corner(2)]

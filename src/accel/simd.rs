@@ -1,19 +1,31 @@
-//! Eight f32 lanes: AVX2, or plain arrays that give the same bits (no fused multiply-add, the same min/max rule for NaN).
+//! Lanes of f32: AVX-512, AVX2, or plain arrays, all with the same bits (no fused multiply-add, the same min/max rule for NaN).
 //!
-//! Code generic over [`Simd`] is `#[inline(always)]`, free of closures that touch lanes, and ends in a function with
-//! `#[target_feature(enable = "avx2")]`, for example a whole path tracer that calls [`super::bvh::Bvh::closest_with`]:
-//! only there do the instructions inline.
+//! Code generic over [`Simd`] or [`Registers`] is `#[inline(always)]`, free of closures that touch lanes, and ends in a
+//! function with `#[target_feature(enable = …)]`, for example a whole path tracer that calls
+//! [`super::bvh::Bvh::closest_with`]: only there do the instructions inline.
 
-/// Eight-lane f32 arithmetic. A value of an implementing type is the proof that its instructions may be used.
-pub trait Simd: Copy {
+/// What a processor offers: eight lanes for one ray against the eight children of a node, sixteen for as many rays.
+pub trait Registers: Copy {
     /// Eight lanes.
+    type Eight: Simd;
+    /// Sixteen lanes.
+    type Sixteen: Simd<16>;
+    /// Proof for eight lanes.
+    fn eight(self) -> Self::Eight;
+    /// Proof for sixteen lanes.
+    fn sixteen(self) -> Self::Sixteen;
+}
+
+/// `N`-lane f32 arithmetic. A value of an implementing type is the proof that its instructions may be used.
+pub trait Simd<const N: usize = 8>: Copy {
+    /// The lanes.
     type F: Copy;
     /// All lanes `x`.
     fn splat(self, x: f32) -> Self::F;
-    /// The eight values.
-    fn load(self, x: &[f32; 8]) -> Self::F;
+    /// From an array.
+    fn load(self, x: &[f32; N]) -> Self::F;
     /// Back to an array.
-    fn store(self, x: Self::F) -> [f32; 8];
+    fn store(self, x: Self::F) -> [f32; N];
     /// a + b
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     /// a − b
@@ -32,10 +44,10 @@ pub trait Simd: Copy {
     fn eq(self, a: Self::F, b: Self::F) -> u32;
     /// Bit i set ? a\[i\] : b\[i\]
     fn select(self, lanes: u32, a: Self::F, b: Self::F) -> Self::F;
-    /// Eight indices, below four.
+    /// Indices below four.
     type I: Copy;
-    /// The eight indices.
-    fn indices(self, i: &[u32; 8]) -> Self::I;
+    /// Indices from an array.
+    fn indices(self, i: &[u32; N]) -> Self::I;
     /// table\[i\]
     fn look_up(self, table: &[f32; 4], i: Self::I) -> Self::F;
 }
@@ -44,83 +56,96 @@ pub trait Simd: Copy {
 #[derive(Clone, Copy, Debug)]
 pub struct Portable;
 
+impl Registers for Portable {
+    type Eight = Self;
+    type Sixteen = Self;
+    #[inline(always)]
+    fn eight(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn sixteen(self) -> Self {
+        self
+    }
+}
+
 #[inline(always)]
-fn zip(a: [f32; 8], b: [f32; 8], f: impl Fn(f32, f32) -> f32) -> [f32; 8] {
+fn zip<const N: usize>(a: [f32; N], b: [f32; N], f: impl Fn(f32, f32) -> f32) -> [f32; N] {
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
 #[inline(always)]
-fn mask(a: [f32; 8], b: [f32; 8], f: impl Fn(f32, f32) -> bool) -> u32 {
-    (0..8).fold(0, |m, i| m | u32::from(f(a[i], b[i])) << i)
+fn mask<const N: usize>(a: [f32; N], b: [f32; N], f: impl Fn(f32, f32) -> bool) -> u32 {
+    (0..N).fold(0, |m, i| m | u32::from(f(a[i], b[i])) << i)
 }
 
-impl Simd for Portable {
-    type F = [f32; 8];
+impl<const N: usize> Simd<N> for Portable {
+    type F = [f32; N];
     #[inline(always)]
-    fn splat(self, x: f32) -> [f32; 8] {
-        [x; 8]
+    fn splat(self, x: f32) -> [f32; N] {
+        [x; N]
     }
     #[inline(always)]
-    fn load(self, x: &[f32; 8]) -> [f32; 8] {
+    fn load(self, x: &[f32; N]) -> [f32; N] {
         *x
     }
     #[inline(always)]
-    fn store(self, x: [f32; 8]) -> [f32; 8] {
+    fn store(self, x: [f32; N]) -> [f32; N] {
         x
     }
     #[inline(always)]
-    fn add(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+    fn add(self, a: [f32; N], b: [f32; N]) -> [f32; N] {
         zip(a, b, |a, b| a + b)
     }
     #[inline(always)]
-    fn sub(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+    fn sub(self, a: [f32; N], b: [f32; N]) -> [f32; N] {
         zip(a, b, |a, b| a - b)
     }
     #[inline(always)]
-    fn mul(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+    fn mul(self, a: [f32; N], b: [f32; N]) -> [f32; N] {
         zip(a, b, |a, b| a * b)
     }
     #[inline(always)]
-    fn div(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+    fn div(self, a: [f32; N], b: [f32; N]) -> [f32; N] {
         zip(a, b, |a, b| a / b)
     }
     #[inline(always)]
-    fn min(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+    fn min(self, a: [f32; N], b: [f32; N]) -> [f32; N] {
         zip(a, b, |a, b| if a < b { a } else { b })
     }
     #[inline(always)]
-    fn max(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+    fn max(self, a: [f32; N], b: [f32; N]) -> [f32; N] {
         zip(a, b, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
-    fn le(self, a: [f32; 8], b: [f32; 8]) -> u32 {
+    fn le(self, a: [f32; N], b: [f32; N]) -> u32 {
         mask(a, b, |a, b| a <= b)
     }
     #[inline(always)]
-    fn eq(self, a: [f32; 8], b: [f32; 8]) -> u32 {
+    fn eq(self, a: [f32; N], b: [f32; N]) -> u32 {
         mask(a, b, |a, b| a == b)
     }
     #[inline(always)]
-    fn select(self, lanes: u32, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+    fn select(self, lanes: u32, a: [f32; N], b: [f32; N]) -> [f32; N] {
         std::array::from_fn(|i| if lanes >> i & 1 == 1 { a[i] } else { b[i] })
     }
-    type I = [u32; 8];
+    type I = [u32; N];
     #[inline(always)]
-    fn indices(self, i: &[u32; 8]) -> [u32; 8] {
+    fn indices(self, i: &[u32; N]) -> [u32; N] {
         *i
     }
     #[inline(always)]
-    fn look_up(self, table: &[f32; 4], i: [u32; 8]) -> [f32; 8] {
+    fn look_up(self, table: &[f32; 4], i: [u32; N]) -> [f32; N] {
         i.map(|i| table[i as usize & 3])
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-pub use avx2::Avx2;
+pub use x86::{Avx2, Avx512};
 
 #[cfg(target_arch = "x86_64")]
-mod avx2 {
-    use super::Simd;
+mod x86 {
+    use super::{Registers, Simd};
     use std::arch::x86_64::*;
 
     /// AVX2 instructions. Use its methods inside a function with `#[target_feature(enable = "avx2")]`, into which they are
@@ -133,14 +158,46 @@ mod avx2 {
         pub fn detect() -> Option<Self> {
             is_x86_feature_detected!("avx2").then_some(Self(()))
         }
+    }
 
-        /// Whether the processor also has the AVX-512 instructions for eight lanes: the same operations with more registers and
-        /// masks, in a function with `#[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq")]`.
-        pub fn has_avx512(self) -> bool {
-            is_x86_feature_detected!("avx512f")
+    impl Registers for Avx2 {
+        type Eight = Self;
+        type Sixteen = Self;
+        #[inline(always)]
+        fn eight(self) -> Self {
+            self
+        }
+        #[inline(always)]
+        fn sixteen(self) -> Self {
+            self
+        }
+    }
+
+    /// AVX-512 instructions (F, VL, BW, DQ), AVX2 for eight lanes; otherwise as [`Avx2`].
+    #[derive(Clone, Copy, Debug)]
+    pub struct Avx512(Avx2);
+
+    impl Avx512 {
+        /// `None` where the processor lacks them.
+        pub fn detect() -> Option<Self> {
+            let all = is_x86_feature_detected!("avx512f")
                 && is_x86_feature_detected!("avx512vl")
                 && is_x86_feature_detected!("avx512bw")
-                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512dq");
+            Avx2::detect().filter(|_| all).map(Self)
+        }
+    }
+
+    impl Registers for Avx512 {
+        type Eight = Avx2;
+        type Sixteen = Self;
+        #[inline(always)]
+        fn eight(self) -> Avx2 {
+            self.0
+        }
+        #[inline(always)]
+        fn sixteen(self) -> Self {
+            self
         }
     }
 
@@ -222,6 +279,157 @@ mod avx2 {
         fn look_up(self, table: &[f32; 4], i: __m256i) -> __m256 {
             // SAFETY: as in `splat`; four readable floats, no alignment needed.
             unsafe { _mm256_permutevar_ps(_mm256_broadcast_ps(&_mm_loadu_ps(table.as_ptr())), i) }
+        }
+    }
+    /// Halves of sixteen values.
+    #[inline(always)]
+    fn halves<T>(x: &[T; 16]) -> (&[T; 8], &[T; 8]) {
+        // SAFETY: the two halves of the array, which lives as long as the references.
+        unsafe { (&*x.as_ptr().cast(), &*x.as_ptr().add(8).cast()) }
+    }
+
+    /// Two registers.
+    impl Simd<16> for Avx2 {
+        type F = [__m256; 2];
+        #[inline(always)]
+        fn splat(self, x: f32) -> [__m256; 2] {
+            [Simd::<8>::splat(self, x); 2]
+        }
+        #[inline(always)]
+        fn load(self, x: &[f32; 16]) -> [__m256; 2] {
+            let (low, high) = halves(x);
+            [self.load(low), self.load(high)]
+        }
+        #[inline(always)]
+        fn store(self, x: [__m256; 2]) -> [f32; 16] {
+            let mut out = [0.0; 16];
+            let (low, high) = out.split_at_mut(8);
+            low.copy_from_slice(&Simd::<8>::store(self, x[0]));
+            high.copy_from_slice(&Simd::<8>::store(self, x[1]));
+            out
+        }
+        #[inline(always)]
+        fn add(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+            [Simd::<8>::add(self, a[0], b[0]), Simd::<8>::add(self, a[1], b[1])]
+        }
+        #[inline(always)]
+        fn sub(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+            [Simd::<8>::sub(self, a[0], b[0]), Simd::<8>::sub(self, a[1], b[1])]
+        }
+        #[inline(always)]
+        fn mul(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+            [Simd::<8>::mul(self, a[0], b[0]), Simd::<8>::mul(self, a[1], b[1])]
+        }
+        #[inline(always)]
+        fn div(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+            [Simd::<8>::div(self, a[0], b[0]), Simd::<8>::div(self, a[1], b[1])]
+        }
+        #[inline(always)]
+        fn min(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+            [Simd::<8>::min(self, a[0], b[0]), Simd::<8>::min(self, a[1], b[1])]
+        }
+        #[inline(always)]
+        fn max(self, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+            [Simd::<8>::max(self, a[0], b[0]), Simd::<8>::max(self, a[1], b[1])]
+        }
+        #[inline(always)]
+        fn le(self, a: [__m256; 2], b: [__m256; 2]) -> u32 {
+            Simd::<8>::le(self, a[0], b[0]) | Simd::<8>::le(self, a[1], b[1]) << 8
+        }
+        #[inline(always)]
+        fn eq(self, a: [__m256; 2], b: [__m256; 2]) -> u32 {
+            Simd::<8>::eq(self, a[0], b[0]) | Simd::<8>::eq(self, a[1], b[1]) << 8
+        }
+        #[inline(always)]
+        fn select(self, lanes: u32, a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+            [Simd::<8>::select(self, lanes, a[0], b[0]), Simd::<8>::select(self, lanes >> 8, a[1], b[1])]
+        }
+        type I = [__m256i; 2];
+        #[inline(always)]
+        fn indices(self, i: &[u32; 16]) -> [__m256i; 2] {
+            let (low, high) = halves(i);
+            [self.indices(low), self.indices(high)]
+        }
+        #[inline(always)]
+        fn look_up(self, table: &[f32; 4], i: [__m256i; 2]) -> [__m256; 2] {
+            [Simd::<8>::look_up(self, table, i[0]), Simd::<8>::look_up(self, table, i[1])]
+        }
+    }
+
+    impl Simd<16> for Avx512 {
+        type F = __m512;
+        #[inline(always)]
+        fn splat(self, x: f32) -> __m512 {
+            // SAFETY: a value of `Avx512` exists only where its instructions were detected; so for every block below.
+            unsafe { _mm512_set1_ps(x) }
+        }
+        #[inline(always)]
+        fn load(self, x: &[f32; 16]) -> __m512 {
+            // SAFETY: as above; sixteen readable floats, no alignment needed.
+            unsafe { _mm512_loadu_ps(x.as_ptr()) }
+        }
+        #[inline(always)]
+        fn store(self, x: __m512) -> [f32; 16] {
+            let mut out = [0.0; 16];
+            // SAFETY: as above; sixteen writable floats, no alignment needed.
+            unsafe { _mm512_storeu_ps(out.as_mut_ptr(), x) };
+            out
+        }
+        #[inline(always)]
+        fn add(self, a: __m512, b: __m512) -> __m512 {
+            // SAFETY: as in `splat`.
+            unsafe { _mm512_add_ps(a, b) }
+        }
+        #[inline(always)]
+        fn sub(self, a: __m512, b: __m512) -> __m512 {
+            // SAFETY: as in `splat`.
+            unsafe { _mm512_sub_ps(a, b) }
+        }
+        #[inline(always)]
+        fn mul(self, a: __m512, b: __m512) -> __m512 {
+            // SAFETY: as in `splat`.
+            unsafe { _mm512_mul_ps(a, b) }
+        }
+        #[inline(always)]
+        fn div(self, a: __m512, b: __m512) -> __m512 {
+            // SAFETY: as in `splat`.
+            unsafe { _mm512_div_ps(a, b) }
+        }
+        #[inline(always)]
+        fn min(self, a: __m512, b: __m512) -> __m512 {
+            // SAFETY: as in `splat`.
+            unsafe { _mm512_min_ps(a, b) }
+        }
+        #[inline(always)]
+        fn max(self, a: __m512, b: __m512) -> __m512 {
+            // SAFETY: as in `splat`.
+            unsafe { _mm512_max_ps(a, b) }
+        }
+        #[inline(always)]
+        fn le(self, a: __m512, b: __m512) -> u32 {
+            // SAFETY: as in `splat`.
+            u32::from(unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) })
+        }
+        #[inline(always)]
+        fn eq(self, a: __m512, b: __m512) -> u32 {
+            // SAFETY: as in `splat`.
+            u32::from(unsafe { _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(a, b) })
+        }
+        #[inline(always)]
+        fn select(self, lanes: u32, a: __m512, b: __m512) -> __m512 {
+            // SAFETY: as in `splat`.
+            unsafe { _mm512_mask_blend_ps(lanes as u16, b, a) }
+        }
+        type I = __m512i;
+        #[inline(always)]
+        fn indices(self, i: &[u32; 16]) -> __m512i {
+            // SAFETY: as in `splat`; sixteen readable integers, no alignment needed.
+            unsafe { _mm512_loadu_si512(i.as_ptr().cast()) }
+        }
+        #[inline(always)]
+        fn look_up(self, table: &[f32; 4], i: __m512i) -> __m512 {
+            // SAFETY: as in `splat`; four readable floats, no alignment needed.
+            unsafe { _mm512_permutevar_ps(_mm512_broadcast_f32x4(_mm_loadu_ps(table.as_ptr())), i) }
         }
     }
 }

@@ -84,7 +84,7 @@ impl Slabs {
 }
 
 /// [`Slabs`] spread over lanes.
-pub(crate) struct WideSlabs<S: Simd> {
+pub(crate) struct WideSlabs<S: Simd<N>, const N: usize = 8> {
     near_origin: [S::F; 3],
     far_origin: [S::F; 3],
     near_rcp: [S::F; 3],
@@ -93,8 +93,8 @@ pub(crate) struct WideSlabs<S: Simd> {
     negative: [usize; 3],
 }
 
-impl<S: Simd> WideSlabs<S> {
-    /// Of eight rays, for [`Self::one_box`].
+impl<S: Simd<LANES>> WideSlabs<S, LANES> {
+    /// Of a packet of rays, for [`Self::one_box`].
     #[inline(always)]
     pub(crate) fn of_rays(s: S, rays: &Rays, scene: &Bounds) -> Self {
         let mut constants = [[[0.0; LANES]; 3]; 4];
@@ -116,7 +116,7 @@ impl<S: Simd> WideSlabs<S> {
         Self { near_origin: load(0), far_origin: load(1), near_rcp: load(2), far_rcp: load(3), negative }
     }
 
-    /// Near (not below 0) and far distances of one box for eight rays: lanes have the bits of [`Slabs::interval`].
+    /// Near (not below 0) and far distances of one box for a packet of rays: lanes have the bits of [`Slabs::interval`].
     #[inline(always)]
     pub(crate) fn one_box(&self, s: S, bounds: &Bounds) -> (S::F, S::F) {
         let (mut near, mut far) = (s.splat(0.0), s.splat(f32::INFINITY));
@@ -128,7 +128,19 @@ impl<S: Simd> WideSlabs<S> {
         }
         (near, far)
     }
+}
 
+impl<const N: usize, S: Simd<N>> WideSlabs<S, N> {
+    /// The part of [near, far] between two planes.
+    #[inline(always)]
+    fn clip(&self, s: S, axis: usize, entry: S::F, exit: S::F, near: S::F, far: S::F) -> (S::F, S::F) {
+        let t0 = s.mul(s.sub(entry, self.near_origin[axis]), self.near_rcp[axis]);
+        let t1 = s.mul(s.sub(exit, self.far_origin[axis]), self.far_rcp[axis]);
+        (s.max(t0, near), s.min(t1, far))
+    }
+}
+
+impl<S: Simd> WideSlabs<S> {
     #[inline(always)]
     pub(crate) fn new(s: S, slabs: &Slabs) -> Self {
         Self {
@@ -138,14 +150,6 @@ impl<S: Simd> WideSlabs<S> {
             far_rcp: splat3(s, slabs.far_rcp),
             negative: slabs.negative,
         }
-    }
-
-    /// The part of [near, far] between two planes.
-    #[inline(always)]
-    fn clip(&self, s: S, axis: usize, entry: S::F, exit: S::F, near: S::F, far: S::F) -> (S::F, S::F) {
-        let t0 = s.mul(s.sub(entry, self.near_origin[axis]), self.near_rcp[axis]);
-        let t1 = s.mul(s.sub(exit, self.far_origin[axis]), self.far_rcp[axis]);
-        (s.max(t0, near), s.min(t1, far))
     }
 
     /// Near (not below 0) and far (not above `limit`) distances of eight boxes, planes as `[axis][lower, upper]`.

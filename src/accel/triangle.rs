@@ -57,13 +57,13 @@ impl Shear {
     }
 }
 
-/// [`Shear`] for lanes: of one ray or of eight.
-pub(super) struct WideShear<S: Simd> {
+/// [`Shear`] for lanes: of one ray or of several.
+pub(super) struct WideShear<S: Simd<N>, const N: usize = 8> {
     pub(super) origin: [S::F; 3],
     pub(super) shear: [S::F; 3],
 }
 
-impl<S: Simd> WideShear<S> {
+impl<const N: usize, S: Simd<N>> WideShear<S, N> {
     /// A vertex relative to the origin, sheared so that the ray is the z axis; depth in units of t.
     #[inline(always)]
     pub(super) fn apply(&self, s: S, [x, y, z]: [S::F; 3]) -> [S::F; 3] {
@@ -95,8 +95,8 @@ impl<S: Simd> TriangleRay<S> {
     }
 }
 
-/// Eight sheared triangles against the z axis.
-pub(super) struct Crossing<S: Simd> {
+/// Sheared triangles against the z axis.
+pub(super) struct Crossing<S: Simd<N>, const N: usize = 8> {
     /// Where the axis crosses the triangle; edges that it meets to the last bit are not settled yet.
     pub(super) lanes: u32,
     /// Edge functions: barycentric weights times their sum.
@@ -105,7 +105,7 @@ pub(super) struct Crossing<S: Simd> {
     most: S::F,
 }
 
-impl<S: Simd> Crossing<S> {
+impl<const N: usize, S: Simd<N>> Crossing<S, N> {
     #[inline(always)]
     pub(super) fn new(s: S, p: &[[S::F; 3]; 3]) -> Self {
         let weight = [edge(s, &p[2], &p[1]), edge(s, &p[0], &p[2]), edge(s, &p[1], &p[0])];
@@ -139,7 +139,7 @@ impl<S: Simd> Crossing<S> {
 /// Lanes whose triangle is not wholly behind the origin or beyond `reach` along the longest axis. Signs of differences are
 /// exact; [`REACH`] leaves room for the roundings of depths.
 #[inline(always)]
-pub(super) fn within<S: Simd>(s: S, p: &[[S::F; 3]; 3], reach: S::F) -> u32 {
+pub(super) fn within<const N: usize, S: Simd<N>>(s: S, p: &[[S::F; 3]; 3], reach: S::F) -> u32 {
     let first = s.min(s.min(p[0][2], p[1][2]), p[2][2]);
     let last = s.max(s.max(p[0][2], p[1][2]), p[2][2]);
     s.le(s.splat(0.0), last) & s.le(first, reach)
@@ -271,7 +271,7 @@ pub(super) fn decide(ray: &Ray, triangle: [Vec3; 3], rough: f32) -> Option<f32> 
 /// Decides the doubtful lanes: lanes that remain, and t with the decided distances, still inside the box interval.
 #[cold]
 #[inline(always)]
-pub(super) fn settle_ends<S: Simd>(
+pub(super) fn settle_ends<const N: usize, S: Simd<N>>(
     s: S,
     mut lanes: u32,
     doubtful: u32,
@@ -291,7 +291,13 @@ pub(super) fn settle_ends<S: Simd>(
 
 /// Mix of the depths, clamped to the box interval.
 #[inline(always)]
-pub(super) fn distance<S: Simd>(s: S, weight: &[S::F; 3], p: &[[S::F; 3]; 3], near: S::F, far: S::F) -> S::F {
+pub(super) fn distance<const N: usize, S: Simd<N>>(
+    s: S,
+    weight: &[S::F; 3],
+    p: &[[S::F; 3]; 3],
+    near: S::F,
+    far: S::F,
+) -> S::F {
     let det = s.add(s.add(weight[0], weight[1]), weight[2]);
     // Weights first: their products with the depths stay in range.
     let mix = s.add(
@@ -303,12 +309,12 @@ pub(super) fn distance<S: Simd>(s: S, weight: &[S::F; 3], p: &[[S::F; 3]; 3], ne
 
 /// Twice the signed area of the triangle (origin, b, a) in the xy plane.
 #[inline(always)]
-pub(super) fn edge<S: Simd>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
+pub(super) fn edge<const N: usize, S: Simd<N>>(s: S, a: &[S::F; 3], b: &[S::F; 3]) -> S::F {
     s.sub(s.mul(a[0], b[1]), s.mul(a[1], b[0]))
 }
 
 #[inline(always)]
-fn store_xy<S: Simd>(s: S, p: &[S::F; 3]) -> [[f32; 8]; 2] {
+fn store_xy<const N: usize, S: Simd<N>>(s: S, p: &[S::F; 3]) -> [[f32; N]; 2] {
     [s.store(p[0]), s.store(p[1])]
 }
 
@@ -316,7 +322,7 @@ fn store_xy<S: Simd>(s: S, p: &[S::F; 3]) -> [[f32; 8]; 2] {
 /// consistent between neighbours). Returns the lanes that are outside or degenerate; scales the others' weights to ≤ 1.
 #[cold]
 #[inline(never)]
-fn exact_edges(xy: &[[[f32; 8]; 2]; 3], on_edge: u32, weight: &mut [[f32; 8]; 3]) -> u32 {
+fn exact_edges<const N: usize>(xy: &[[[f32; N]; 2]; 3], on_edge: u32, weight: &mut [[f32; N]; 3]) -> u32 {
     let mut outside = 0;
     for lane in set_bits(on_edge) {
         let at = |v: usize, a: usize| f64::from(xy[v][a][lane]);

@@ -1,8 +1,8 @@
 //! The path tracer on the CPU.
 
-use super::{Cell, Estimate, Estimator, MOST_PIXELS, Shape, dependence_of, estimate_by_blocks, is_progressive};
+use super::{Cell, Estimate, Estimator, MOST_PIXELS, Shape, dependence_of, estimate_by_batches, is_progressive};
 use crate::accel::bvh::Bvh;
-use crate::accel::simd::{Portable, Simd};
+use crate::accel::simd::{Portable, Registers};
 use crate::error::{Error, Result};
 use crate::math::Rgb;
 use crate::record::Dependence;
@@ -110,32 +110,39 @@ impl Estimator for CpuEstimator {
 
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate> {
         let tracer = self.tracer();
-        let draw =
-            |pixel| Draw { key: cell.key, pixel, sample: 0, length: cell.length, sequence: self.strategy.sequence };
+        let draw = Draw { key: cell.key, pixel: 0, sample: 0, length: cell.length, sequence: self.strategy.sequence };
         #[cfg(target_arch = "x86_64")]
-        if let Some(avx2) = crate::accel::simd::Avx2::detect() {
-            if avx2.has_avx512() {
-                return Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {
-                    // SAFETY: the instructions were detected.
-                    unsafe { block_avx512(avx2, &tracer, draw(pixel), samples, out) }
-                }));
-            }
-            return Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {
-                // SAFETY: AVX2 was detected.
-                unsafe { block_avx2(avx2, &tracer, draw(pixel), samples, out) }
+        if let Some(avx512) = crate::accel::simd::Avx512::detect() {
+            return Ok(estimate_by_batches(self.shape(), checkpoint, previous, |pixels, samples, out| {
+                // SAFETY: AVX-512 was detected.
+                unsafe { batch_avx512(avx512, &tracer, &draw, pixels, samples, out) }
             }));
         }
-        Ok(estimate_by_blocks(self.shape(), checkpoint, previous, |pixel, samples, out| {
-            block(Portable, &tracer, draw(pixel), samples, out);
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = crate::accel::simd::Avx2::detect() {
+            return Ok(estimate_by_batches(self.shape(), checkpoint, previous, |pixels, samples, out| {
+                // SAFETY: AVX2 was detected.
+                unsafe { batch_avx2(avx2, &tracer, &draw, pixels, samples, out) }
+            }));
+        }
+        Ok(estimate_by_batches(self.shape(), checkpoint, previous, |pixels, samples, out| {
+            batch(Portable, &tracer, &draw, pixels, samples, out);
         }))
     }
 }
 
-/// Fills a block of samples of one pixel.
+/// Fills samples of pixels: see [`crate::moments::BlockTree::extend`].
 #[inline(always)]
-fn block<V: Simd>(simd: V, tracer: &PathTracer<'_>, draw: Draw, samples: Range<u64>, out: &mut [f64]) {
+fn batch<V: Registers>(
+    simd: V,
+    tracer: &PathTracer<'_>,
+    draw: &Draw,
+    pixels: Range<u32>,
+    samples: Range<u64>,
+    out: &mut [f64],
+) {
     let mut radiance = [Rgb::ZERO; WAVE];
-    tracer.wave(simd, &draw, samples, &mut NoSink, &mut radiance);
+    tracer.wave(simd, draw, pixels, samples, &mut NoSink, &mut radiance);
     for (out, c) in out.chunks_exact_mut(3).zip(radiance) {
         out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
     }
@@ -143,24 +150,26 @@ fn block<V: Simd>(simd: V, tracer: &PathTracer<'_>, draw: Draw, samples: Range<u
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn block_avx2(
+fn batch_avx2(
     simd: crate::accel::simd::Avx2,
     tracer: &PathTracer<'_>,
-    draw: Draw,
+    draw: &Draw,
+    pixels: Range<u32>,
     samples: Range<u64>,
     out: &mut [f64],
 ) {
-    block(simd, tracer, draw, samples, out);
+    batch(simd, tracer, draw, pixels, samples, out);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,avx512f,avx512vl,avx512bw,avx512dq")]
-fn block_avx512(
-    simd: crate::accel::simd::Avx2,
+fn batch_avx512(
+    simd: crate::accel::simd::Avx512,
     tracer: &PathTracer<'_>,
-    draw: Draw,
+    draw: &Draw,
+    pixels: Range<u32>,
     samples: Range<u64>,
     out: &mut [f64],
 ) {
-    block(simd, tracer, draw, samples, out);
+    batch(simd, tracer, draw, pixels, samples, out);
 }

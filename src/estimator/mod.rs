@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::moments::{BLOCK, BlockTree};
 use crate::record::Dependence;
 use crate::sampling::{Draw, Key, Sequence};
+use std::ops::Range;
 use std::time::Instant;
 
 /// Width, height and channels of a field of values.
@@ -160,19 +161,20 @@ pub fn estimate_by_samples(
     previous: Option<Estimate>,
     sample: impl Fn(&Draw, &mut [f64]) + Sync,
 ) -> Estimate {
-    estimate_by_blocks(shape, checkpoint, previous, |pixel, samples, out| {
-        for (index, out) in samples.zip(out.chunks_exact_mut(shape.channels)) {
+    estimate_by_batches(shape, checkpoint, previous, |pixels, samples, out| {
+        let identities = pixels.flat_map(|pixel| samples.clone().map(move |sample| (pixel, sample)));
+        for ((pixel, index), out) in identities.zip(out.chunks_exact_mut(shape.channels)) {
             sample(&Draw { key: cell.key, pixel, sample: index, length: cell.length, sequence }, out);
         }
     })
 }
 
-/// Estimates by averaging samples drawn a block at a time: see [`BlockTree::extend`].
-pub fn estimate_by_blocks(
+/// Estimates by averaging samples drawn many at a time: see [`BlockTree::extend`].
+pub fn estimate_by_batches(
     shape: Shape,
     checkpoint: u64,
     previous: Option<Estimate>,
-    draw: impl Fn(u32, std::ops::Range<u64>, &mut [f64]) + Sync,
+    draw: impl Fn(Range<u32>, Range<u64>, &mut [f64]) + Sync,
 ) -> Estimate {
     let (tree, spent) = match previous {
         Some(Estimate { moments: Some(tree), seconds, .. }) => (tree, seconds),

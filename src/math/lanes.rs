@@ -1,14 +1,14 @@
-//! Eight values side by side. Stages of the path tracer loop over lanes with the scalar formulas; the compiler turns such
+//! Sixteen values side by side. Stages of the path tracer loop over lanes with the scalar formulas; the compiler turns such
 //! a loop into vector instructions where the body allows, with the same bits.
 
 use super::Vec3;
 
 /// Values side by side.
-pub const LANES: usize = 8;
+pub const LANES: usize = 16;
 
 /// One vector per lane.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub struct Vec3Lanes {
     /// First components.
     pub x: [f32; LANES],

@@ -26,16 +26,16 @@ pub fn offset_origin(p: Vec3, p_error: Vec3, n: Vec3, direction: Vec3) -> Vec3 {
     Vec3::new(step(p.x, away.x), step(p.y, away.y), step(p.z, away.z))
 }
 
-/// The float next to a finite `x` on the side of the sign of `away`; `x` itself where that is 0. Without branches.
+/// The float next to a finite `x` on the side of the sign of `away`; `x` itself where that is 0. Integer arithmetic without
+/// branches, so that a loop over lanes becomes vector code.
 #[inline(always)]
 fn outwards(x: f32, away: f32) -> f32 {
-    let up = away > 0.0;
-    let bits = x.to_bits();
-    let larger = (x > 0.0) == up;
-    let next = if larger { bits.wrapping_add(1) } else { bits.wrapping_sub(1) };
-    let smallest = if up { 1 } else { 1 | 1 << 31 };
-    let next = if x == 0.0 { smallest } else { next };
-    if away == 0.0 { x } else { f32::from_bits(next) }
+    let step = i32::from(away > 0.0) - i32::from(away < 0.0);
+    // Ordered as the floats are: −0 is −1 and 0 is 0, so a step across zero is one longer.
+    let flip = |bits: i32| bits ^ (((bits >> 31) as u32 >> 1) as i32);
+    let place = flip(x.to_bits() as i32);
+    let crosses = i32::from((place == 0) & (step < 0)) - i32::from((place == -1) & (step > 0));
+    f32::from_bits(flip(place + step - crosses) as u32)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 pub mod cell;
 pub mod tree;
 
-pub use tree::{BLOCK, BlockTree};
+pub use tree::{BATCH, BLOCK, BlockTree};
 
 /// Central moments of one value's samples, with extremes. Non-finite samples and samples beyond the range of f32 are
 /// counted apart and do not enter the rest.

@@ -6,9 +6,13 @@
 
 use super::Moments;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Samples per leaf.
 pub const BLOCK: u64 = 64;
+
+/// Most samples that are drawn at once, of one pixel or of several.
+pub const BATCH: u64 = 4 * BLOCK;
 
 /// How many non-finite samples are located.
 const LOCATED: usize = 16;
@@ -76,34 +80,50 @@ impl BlockTree {
 
     /// Adds samples `self.samples() .. to` of every pixel, in parallel over pixels.
     ///
-    /// `draw(pixel, samples, out)` must fill `out[(i·channels) ..]` with the channels of sample `samples.start + i`; it is
-    /// called with at most [`BLOCK`] samples of one block at a time.
+    /// `draw(pixels, samples, out)` must fill `out` with the channels of the first pixel's samples, in their order, then with
+    /// those of the next pixel's. It is called for at most [`BATCH`] samples at a time, of as many pixels as that allows.
     pub fn extend<F>(&self, pixels: usize, to: u64, draw: F) -> Self
     where
-        F: Fn(u32, std::ops::Range<u64>, &mut [f64]) + Sync,
+        F: Fn(Range<u32>, Range<u64>, &mut [f64]) + Sync,
     {
         assert!(to > self.samples, "a tree only grows");
         let c = self.channels;
         let (old, new) = (node_count(self.samples) * c, node_count(to) * c);
+        let together = (BATCH / (to - self.samples).min(BATCH)) as usize;
         let mut nodes = vec![Moments::default(); pixels * new];
         let mut bad: Vec<(u32, u64)> = nodes
-            .par_chunks_mut(new)
+            .par_chunks_mut(new * together)
             .enumerate()
-            .map(|(pixel, out)| {
-                let mut stack =
-                    Stack { channels: c, samples: self.samples, nodes: self.nodes[pixel * old..][..old].to_vec() };
-                let mut bad = Vec::new();
-                let mut buffer = vec![0.0; BLOCK as usize * c];
-                while stack.samples < to {
-                    let block_end = (stack.samples / BLOCK + 1) * BLOCK;
-                    let range = stack.samples..block_end.min(to);
-                    let values = &mut buffer[..(range.end - range.start) as usize * c];
-                    draw(pixel as u32, range, values);
-                    stack.push(values, pixel as u32, &mut bad);
-                }
-                out.copy_from_slice(&stack.nodes);
-                bad
-            })
+            .map_init(
+                || vec![0.0; BATCH as usize * c],
+                |buffer, (group, out)| {
+                    let first = group * together;
+                    let pixels = first..first + out.len() / new;
+                    let stack = |pixel: usize| Stack {
+                        channels: c,
+                        pixel: pixel as u32,
+                        samples: self.samples,
+                        nodes: self.nodes[pixel * old..][..old].to_vec(),
+                        bad: Vec::new(),
+                    };
+                    let mut stacks: Vec<Stack> = pixels.clone().map(stack).collect();
+                    let mut start = self.samples;
+                    while start < to {
+                        let end = ((start / BATCH + 1) * BATCH).min(to);
+                        let stride = (end - start) as usize * c;
+                        let values = &mut buffer[..stride * pixels.len()];
+                        draw(pixels.start as u32..pixels.end as u32, start..end, values);
+                        for (stack, values) in stacks.iter_mut().zip(values.chunks_exact(stride)) {
+                            stack.push(values);
+                        }
+                        start = end;
+                    }
+                    for (stack, out) in stacks.iter().zip(out.chunks_exact_mut(new)) {
+                        out.copy_from_slice(&stack.nodes);
+                    }
+                    stacks.into_iter().flat_map(|stack| stack.bad)
+                },
+            )
             .flatten_iter()
             .collect();
         bad.sort_unstable_by_key(|&(pixel, sample)| (sample, pixel));
@@ -138,13 +158,27 @@ impl BlockTree {
 /// One pixel's nodes while samples are added: a binary counter.
 struct Stack {
     channels: usize,
+    pixel: u32,
     samples: u64,
     nodes: Vec<Moments>,
+    /// See [`BlockTree::bad`].
+    bad: Vec<(u32, u64)>,
 }
 
 impl Stack {
-    /// Adds the samples of one block's part that starts at `self.samples`.
-    fn push(&mut self, values: &[f64], pixel: u32, bad: &mut Vec<(u32, u64)>) {
+    /// Adds the samples that follow.
+    fn push(&mut self, mut values: &[f64]) {
+        let c = self.channels;
+        while !values.is_empty() {
+            let room = (BLOCK - self.samples % BLOCK) as usize * c;
+            let (leaf, rest) = values.split_at(room.min(values.len()));
+            self.push_leaf(leaf);
+            values = rest;
+        }
+    }
+
+    /// Adds samples of one block.
+    fn push_leaf(&mut self, values: &[f64]) {
         let c = self.channels;
         if self.samples.is_multiple_of(BLOCK) {
             self.nodes.extend(std::iter::repeat_n(Moments::default(), c));
@@ -157,8 +191,8 @@ impl Stack {
             for (m, &x) in leaf.iter_mut().zip(sample) {
                 m.push(x, index);
             }
-            if leaf.iter().map(|m| m.non_finite).sum::<u64>() > before && bad.len() < LOCATED {
-                bad.push((pixel, index));
+            if leaf.iter().map(|m| m.non_finite).sum::<u64>() > before && self.bad.len() < LOCATED {
+                self.bad.push((self.pixel, index));
             }
         }
         self.samples += (values.len() / c) as u64;

@@ -6,9 +6,9 @@
 use super::sink::{Bounce, Contribution, Sink, Vertex, Via};
 use super::wave::{Paths, Vertices, Wave};
 use crate::accel::bvh::Bvh;
-use crate::accel::simd::Simd;
+use crate::accel::simd::Registers;
 use crate::accel::{Ray, Rays, SurfacePoint, leave, segment};
-use crate::math::lanes::{bits, lane_of, set_bits};
+use crate::math::lanes::{bits, set_bits};
 use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
 use crate::sampling::Draw;
 use crate::sampling::dimension::{Decision, group};
@@ -74,22 +74,23 @@ impl<'a> PathTracer<'a> {
 
     /// One sample of the radiance that reaches a pixel.
     #[inline(always)]
-    pub fn sample<V: Simd, S: Sink>(&self, simd: V, draw: &Draw, sink: &mut S) -> Rgb {
+    pub fn sample<V: Registers, S: Sink>(&self, simd: V, draw: &Draw, sink: &mut S) -> Rgb {
         let mut radiance = [Rgb::ZERO];
-        self.wave(simd, draw, draw.sample..draw.sample + 1, sink, &mut radiance);
+        self.wave(simd, draw, draw.pixel..draw.pixel + 1, draw.sample..draw.sample + 1, sink, &mut radiance);
         radiance[0]
     }
 
-    /// Samples of the radiance that reaches a pixel, whatever `draw.sample` is; at most [`super::WAVE`]. They advance
-    /// together, edge by edge, but no sample depends on the others.
+    /// Samples of the radiance that reaches pixels, whatever `draw.pixel` and `draw.sample` are; pixel by pixel, at most
+    /// [`super::WAVE`] in all. They advance together, edge by edge, but no sample depends on the others.
     ///
     /// # Panics
-    /// Where `radiance` is shorter than the range.
+    /// Where `radiance` is shorter than that.
     #[inline(always)]
-    pub fn wave<V: Simd, S: Sink>(
+    pub fn wave<V: Registers, S: Sink>(
         &self,
         simd: V,
         draw: &Draw,
+        pixels: Range<u32>,
         samples: Range<u64>,
         sink: &mut S,
         radiance: &mut [Rgb],
@@ -98,8 +99,7 @@ impl<'a> PathTracer<'a> {
             radiance.fill(Rgb::ZERO);
             return;
         }
-        let mut wave = Wave::EMPTY;
-        wave.fill(samples);
+        let mut wave = Wave::new(pixels, samples);
         for paths in wave.packets() {
             self.start(draw, paths);
         }
@@ -116,18 +116,18 @@ impl<'a> PathTracer<'a> {
     /// Camera rays.
     #[inline(always)]
     fn start(&self, draw: &Draw, paths: &mut Paths) {
-        let words = draw.words_lanes(&paths.sample, group(0, Decision::Direction));
+        let words = draw.words_lanes(&paths.pixel, &paths.sample, group(0, Decision::Direction));
         for lane in 0..LANES {
-            let ray = self.camera_ray(draw.pixel, [unit_f32(words[0][lane]), unit_f32(words[1][lane])]);
+            let ray = self.camera_ray(paths.pixel[lane], [unit_f32(words[0][lane]), unit_f32(words[1][lane])]);
             paths.ray.set(lane, ray);
             paths.wo.set(lane, -ray.direction.normalize());
             paths.beta.set(lane, Rgb::ONE);
         }
     }
 
-    /// The next edge of eight paths: what it meets, the light that is scattered there, and where it goes on.
+    /// The next edge of a packet: what it meets, the light that is scattered there, and where it goes on.
     #[inline(always)]
-    fn advance<V: Simd, S: Sink>(&self, simd: V, depth: u32, draw: &Draw, paths: &mut Paths, sink: &mut S) {
+    fn advance<V: Registers, S: Sink>(&self, simd: V, depth: u32, draw: &Draw, paths: &mut Paths, sink: &mut S) {
         let mut vertices = Vertices::new();
         self.meet(simd, depth, paths, &mut vertices, sink);
         if paths.live == 0 {
@@ -139,7 +139,14 @@ impl<'a> PathTracer<'a> {
 
     /// Traces the rays and adds the emission that they meet. Paths end that escape, reach the last depth or a black side.
     #[inline(always)]
-    fn meet<V: Simd, S: Sink>(&self, simd: V, depth: u32, paths: &mut Paths, vertices: &mut Vertices, sink: &mut S) {
+    fn meet<V: Registers, S: Sink>(
+        &self,
+        simd: V,
+        depth: u32,
+        paths: &mut Paths,
+        vertices: &mut Vertices,
+        sink: &mut S,
+    ) {
         let hits = self.bvh.closest_lanes(simd, &paths.ray, paths.live);
         for lane in set_bits(paths.live) {
             let (ray, wo, beta) = (paths.ray.get(lane), paths.wo.get(lane), paths.beta.get(lane));
@@ -233,7 +240,7 @@ impl<'a> PathTracer<'a> {
 
     /// Next-event estimation: a point on a light, if nothing is in between.
     #[inline(always)]
-    fn light<V: Simd, S: Sink>(
+    fn light<V: Registers, S: Sink>(
         &self,
         simd: V,
         depth: u32,
@@ -245,7 +252,7 @@ impl<'a> PathTracer<'a> {
         if self.lights.is_empty() {
             return;
         }
-        let words = draw.words_lanes(&paths.sample, group(depth, Decision::Light));
+        let words = draw.words_lanes(&paths.pixel, &paths.sample, group(depth, Decision::Light));
         let mut light = LightSamples::NONE;
         self.lights.sample_lanes(self.scene, &at.p, &words, paths.live, &mut light);
         let (mut scattered, mut pdf_direction) = (Vec3Lanes::ZERO, [0.0; LANES]);
@@ -259,6 +266,8 @@ impl<'a> PathTracer<'a> {
             let only_light = light.delta[lane] || self.strategy.heuristic == Heuristic::None;
             let pdf = at.material[lane].pdf(self.strategy.directions, wo, wi);
             pdf_direction[lane] = if only_light { 0.0 } else { pdf };
+        }
+        for lane in 0..LANES {
             shadow.set(lane, segment(at.endpoint(lane), light.endpoint(lane)));
         }
         for lane in set_bits(light.directions) {
@@ -290,21 +299,24 @@ impl<'a> PathTracer<'a> {
     /// Draws the next directions and plays roulette.
     #[inline(always)]
     fn bounce<S: Sink>(&self, depth: u32, at: &Vertices, paths: &mut Paths, draw: &Draw, sink: &mut S) {
-        let words = draw.words_lanes(&paths.sample, group(depth, Decision::Direction));
+        let words = draw.words_lanes(&paths.pixel, &paths.sample, group(depth, Decision::Direction));
+        let mut wo = Vec3Lanes::ZERO;
+        for lane in 0..LANES {
+            wo.set(lane, Frame::new(at.normal.get(lane)).to_local(paths.wo.get(lane)));
+        }
+        let (wi, pdf) = Material::sample_lanes(&at.material, self.strategy.directions, &wo, &words);
         let mut absorbed = [0; LANES];
         for lane in 0..LANES {
-            let frame = Frame::new(at.normal.get(lane));
-            let wo = frame.to_local(paths.wo.get(lane));
-            let material = &at.material[lane];
-            let sample = material.sample(self.strategy.directions, wo, lane_of(&words, lane));
-            let (wi, pdf) = sample.unwrap_or((Vec3::Z, 0.0));
-            let beta = paths.beta.get(lane) * (material.eval(wo, wi) / pdf);
-            absorbed[lane] = u32::from(pdf == 0.0 || beta == Rgb::ZERO);
-            let direction = frame.to_world(wi);
+            let f = at.material[lane].eval(wo.get(lane), wi.get(lane));
+            let beta = paths.beta.get(lane) * (f / pdf[lane]);
+            absorbed[lane] = u32::from((pdf[lane] == 0.0) | (beta == Rgb::ZERO));
             paths.beta.set(lane, beta);
-            paths.pdf[lane] = pdf;
-            paths.p.set(lane, at.p.get(lane));
-            paths.wo.set(lane, -direction);
+            paths.wo.set(lane, -Frame::new(at.normal.get(lane)).to_world(wi.get(lane)));
+        }
+        paths.pdf = pdf;
+        paths.p = at.p;
+        for lane in 0..LANES {
+            let direction = -paths.wo.get(lane);
             paths.ray.set(lane, leave(at.endpoint(lane), direction));
         }
         paths.live &= !bits(&absorbed);

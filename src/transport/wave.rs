@@ -1,22 +1,26 @@
-//! Paths side by side: the samples of one pixel that advance together, in packets of eight lanes. What lanes without a live
+//! Paths side by side: samples of a pixel, or of several, that advance together, in packets of lanes. What lanes without a live
 //! path hold is computed along and never kept.
 
 use crate::accel::{Endpoint, Rays, SurfacePoint};
 use crate::math::lanes::set_bits;
 use crate::math::{LANES, Rgb, Vec3, Vec3Lanes};
-use crate::moments::BLOCK;
+use crate::moments::BATCH;
 use crate::scene::Material;
 use std::ops::Range;
 
-/// Most samples of a wave.
-pub const WAVE: usize = BLOCK as usize;
+/// All lanes.
+const ALL: u32 = (1 << LANES) - 1;
 
-/// Eight paths between two vertices.
+/// Most samples of a wave.
+pub const WAVE: usize = BATCH as usize;
+
+/// Paths between two vertices.
 #[derive(Clone, Copy)]
 pub(super) struct Paths {
     /// Bit i: lane i holds a path that goes on.
     pub(super) live: u32,
-    /// Which sample a lane traces.
+    /// Which pixel and sample a lane traces.
+    pub(super) pixel: [u32; LANES],
     pub(super) sample: [u64; LANES],
     /// Where its radiance is put in the end.
     slot: [u32; LANES],
@@ -35,6 +39,7 @@ pub(super) struct Paths {
 impl Paths {
     const NONE: Self = Self {
         live: 0,
+        pixel: [0; LANES],
         sample: [0; LANES],
         slot: [0; LANES],
         ray: Rays::ZERO,
@@ -64,26 +69,30 @@ impl Paths {
 
 /// All paths of a wave, the live ones in front.
 pub(super) struct Wave {
-    packets: [Paths; WAVE / LANES],
+    packets: Vec<Paths>,
     /// Lanes in use.
     len: usize,
 }
 
 impl Wave {
-    /// No paths.
-    pub(super) const EMPTY: Self = Self { packets: [Paths::NONE; WAVE / LANES], len: 0 };
-
-    /// Puts samples into the lanes.
+    /// Puts the samples of each pixel in turn into the lanes.
     #[inline(always)]
-    pub(super) fn fill(&mut self, samples: Range<u64>) {
-        self.len = (samples.end - samples.start) as usize;
-        assert!(self.len <= WAVE, "{} samples in a wave", self.len);
-        for i in 0..self.len {
-            let (paths, lane) = (&mut self.packets[i / LANES], i % LANES);
-            paths.live |= 1 << lane;
-            paths.sample[lane] = samples.start + i as u64;
-            paths.slot[lane] = i as u32;
+    pub(super) fn new(pixels: Range<u32>, samples: Range<u64>) -> Self {
+        let len = pixels.len() * (samples.end - samples.start) as usize;
+        assert!(len <= WAVE, "{len} samples in a wave");
+        let mut packets = vec![Paths::NONE; len.div_ceil(LANES)];
+        let mut i = 0;
+        for pixel in pixels {
+            for sample in samples.clone() {
+                let (paths, lane) = (&mut packets[i / LANES], i % LANES);
+                paths.live |= 1 << lane;
+                paths.pixel[lane] = pixel;
+                paths.sample[lane] = sample;
+                paths.slot[lane] = i as u32;
+                i += 1;
+            }
         }
+        Self { packets, len }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -98,7 +107,7 @@ impl Wave {
     /// Hands out the radiance of ended paths and fills their lanes from the back.
     pub(super) fn retire(&mut self, radiance: &mut [Rgb]) {
         for packet in 0..self.len.div_ceil(LANES) {
-            for lane in set_bits(!self.packets[packet].live & 0xFF) {
+            for lane in set_bits(!self.packets[packet].live & ALL) {
                 let hole = packet * LANES + lane;
                 self.drop_ended(hole, radiance);
                 if hole >= self.len {
@@ -128,6 +137,7 @@ impl Wave {
     fn move_lane(&mut self, from: usize, to: usize) {
         let (f, other, t, lane) = (from / LANES, from % LANES, to / LANES, to % LANES);
         let p = &mut self.packets;
+        p[t].pixel[lane] = p[f].pixel[other];
         p[t].sample[lane] = p[f].sample[other];
         p[t].slot[lane] = p[f].slot[other];
         p[t].pdf[lane] = p[f].pdf[other];
@@ -144,7 +154,7 @@ impl Wave {
     }
 }
 
-/// The surfaces that eight paths have reached. Lanes without one are black.
+/// The surfaces that the paths of a packet have reached. Lanes without one are black.
 pub(super) struct Vertices {
     pub(super) p: Vec3Lanes,
     pub(super) p_error: Vec3Lanes,

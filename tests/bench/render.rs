@@ -3,7 +3,7 @@
 //! the machine may be busy.
 
 use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
-use rootn::estimator::{Cell, Estimate, Estimator, estimate_by_blocks};
+use rootn::estimator::{Cell, Estimate, Estimator, estimate_by_batches};
 use rootn::moments::cell::{CellFolder, Checkpoint};
 use rootn::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy};
 use rootn::sampling::{Key, Role};
@@ -70,11 +70,13 @@ fn report(name: &str, path: &Path, folder: &Path) {
         seconds[0].push(cpu);
         wall.push(elapsed);
         // The same bookkeeping for samples that cost nothing, ten times, for the clock is coarse.
-        let fill = |pixel: u32, samples: std::ops::Range<u64>, out: &mut [f64]| {
-            out.iter_mut().enumerate().for_each(|(i, x)| *x = ((samples.start ^ u64::from(pixel)) + i as u64) as f64);
+        let fill = |pixels: std::ops::Range<u32>, samples: std::ops::Range<u64>, out: &mut [f64]| {
+            out.iter_mut()
+                .enumerate()
+                .for_each(|(i, x)| *x = ((samples.start ^ u64::from(pixels.start)) + i as u64) as f64);
         };
         let [cpu, _] =
-            timed(start, || (0..10).for_each(|_| drop(black_box(estimate_by_blocks(shape, SPP, None, fill)))));
+            timed(start, || (0..10).for_each(|_| drop(black_box(estimate_by_batches(shape, SPP, None, fill)))));
         seconds[1].push(cpu / 10.0);
         seconds[2].push(timed(start, || with_checkpoints(&estimator, &cell, folder))[0]);
     }

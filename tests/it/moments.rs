@@ -35,9 +35,14 @@ fn sample(pixel: u32, index: u64, channel: usize) -> f64 {
     (-u.ln()).powi(2) * 10f64.powi((w[2] % 5) as i32 - 2)
 }
 
-fn fill(channels: usize) -> impl Fn(u32, Range<u64>, &mut [f64]) + Sync {
-    move |pixel, samples, out| {
-        for (index, out) in samples.zip(out.chunks_exact_mut(channels)) {
+/// What a batch holds: (pixel, sample), pixel by pixel.
+fn identities(pixels: Range<u32>, samples: Range<u64>) -> impl Iterator<Item = (u32, u64)> {
+    pixels.flat_map(move |pixel| samples.clone().map(move |sample| (pixel, sample)))
+}
+
+fn fill(channels: usize) -> impl Fn(Range<u32>, Range<u64>, &mut [f64]) + Sync {
+    move |pixels, samples, out| {
+        for ((pixel, index), out) in identities(pixels, samples).zip(out.chunks_exact_mut(channels)) {
             out.iter_mut().enumerate().for_each(|(c, x)| *x = sample(pixel, index, c));
         }
     }
@@ -77,7 +82,7 @@ fn closed_forms() {
 #[test]
 fn a_million_samples_far_from_zero() {
     let n = 1_000_000u64;
-    let draw = |_: u32, samples: Range<u64>, out: &mut [f64]| {
+    let draw = |_: Range<u32>, samples: Range<u64>, out: &mut [f64]| {
         samples.zip(out).for_each(|(i, x)| *x = 1e6 + if i % 2 == 0 { 1.0 } else { -1.0 });
     };
     let m = BlockTree::new(1).extend(1, n, draw).fold()[0];
@@ -153,8 +158,8 @@ fn a_tree_agrees_with_two_passes() {
 fn samples_that_do_not_count_are_counted_and_located() {
     let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 3.5e38, -1e300];
     let is_bad = |pixel: u32, i: u64| (i * 3 + u64::from(pixel)).is_multiple_of(40);
-    let draw = |pixel: u32, samples: Range<u64>, out: &mut [f64]| {
-        for (i, x) in samples.zip(out) {
+    let draw = |pixels: Range<u32>, samples: Range<u64>, out: &mut [f64]| {
+        for ((pixel, i), x) in identities(pixels, samples).zip(out) {
             *x = if is_bad(pixel, i) { bad[(i % 5) as usize] } else { sample(pixel, i, 0) };
         }
     };

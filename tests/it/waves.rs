@@ -3,7 +3,7 @@
 use crate::support::shared;
 use rootn::accel::brute::Brute;
 use rootn::accel::bvh::Bvh;
-use rootn::accel::simd::{Portable, Simd};
+use rootn::accel::simd::{Portable, Registers};
 use rootn::accel::{Intersect, NO_PRIMITIVE, Ray, Rays};
 use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
 use rootn::estimator::{Cell, Estimator, estimate_by_samples};
@@ -73,7 +73,7 @@ fn ray(r: &mut Random, triangles: usize) -> Ray {
 }
 
 /// Bit for bit, and lanes that are not live stay out of it.
-fn lanes_equal_brute_force(simd: impl Simd) {
+fn lanes_equal_brute_force(simd: impl Registers) {
     let r = &mut Random(1);
     let (mut hits, mut rays_cast) = (0, 0);
     for round in 0..400 {
@@ -83,7 +83,7 @@ fn lanes_equal_brute_force(simd: impl Simd) {
         for _ in 0..20 {
             let mut rays = Rays::ZERO;
             (0..LANES).for_each(|lane| rays.set(lane, ray(r, n)));
-            let live = 1 + r.below(255) as u32;
+            let live = 1 + r.below(u16::MAX.into()) as u32;
             let found = bvh.closest_lanes(simd, &rays, live);
             let occluded = bvh.occluded_lanes(simd, &rays, live);
             assert_eq!(occluded & !live, 0);
@@ -115,6 +115,14 @@ fn lanes_equal_brute_force_with_avx2() {
     }
 }
 
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn lanes_equal_brute_force_with_avx512() {
+    if let Some(avx512) = rootn::accel::simd::Avx512::detect() {
+        lanes_equal_brute_force(avx512);
+    }
+}
+
 /// Scenes with walls, quadrics, smooth meshes, points and environments as lights.
 fn scenes() -> Vec<PathBuf> {
     let mut scenes = vec![PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/scenes/cornell-box.xml"))];
@@ -124,8 +132,8 @@ fn scenes() -> Vec<PathBuf> {
     scenes
 }
 
-/// What blocks of samples leave (64 at once, with the processor's widest instructions), what the same samples leave one by
-/// one with plain ones, and what interrupted blocks leave: the same bits.
+/// What batches of samples leave (of several pixels, with the processor's widest instructions), what the same samples leave one by
+/// one with plain ones, and what interrupted batches leave: the same bits.
 #[test]
 fn samples_do_not_depend_on_their_wave() {
     for path in scenes() {
@@ -135,22 +143,24 @@ fn samples_do_not_depend_on_their_wave() {
             Strategy { lights: Lights::SolidAngle, ..Preset::Mis.strategy() },
             Strategy { heuristic: Heuristic::Maximum, roulette: Some(Roulette::Depth(2)), ..Preset::Mis.strategy() },
         ];
-        for strategy in Preset::ALL.map(Preset::strategy).into_iter().chain(more) {
+        let strategies = Preset::ALL.map(Preset::strategy).into_iter().chain(more);
+        // Strata are placed in another way where their number is a power of two.
+        for (strategy, n) in strategies.flat_map(|s| [(s, 100), (s, 128)]) {
             let estimator = CpuEstimator::new(prepared.clone(), strategy);
-            let cell = |seed| Cell { key: Key::new(seed, Role::Run, "waves", 0), length: 100 };
-            let whole = estimator.estimate(&cell(1), 100, None).unwrap();
+            let cell = |seed| Cell { key: Key::new(seed, Role::Run, "waves", 0), length: n };
+            let whole = estimator.estimate(&cell(1), n, None).unwrap();
             let one_by_one =
-                estimate_by_samples(estimator.shape(), strategy.sequence, &cell(1), 100, None, |draw, out| {
+                estimate_by_samples(estimator.shape(), strategy.sequence, &cell(1), n, None, |draw, out| {
                     let c = estimator.sample_with(draw, &mut NoSink);
                     out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
                 });
             assert!(whole.moments == one_by_one.moments, "{}: {strategy:?}", path.display());
             if estimator.progressive() {
                 let part = estimator.estimate(&cell(1), 37, None).unwrap();
-                let resumed = estimator.estimate(&cell(1), 100, Some(part)).unwrap();
+                let resumed = estimator.estimate(&cell(1), n, Some(part)).unwrap();
                 assert!(whole.moments == resumed.moments, "{}: {strategy:?}", path.display());
             }
-            let other = estimator.estimate(&cell(2), 100, None).unwrap();
+            let other = estimator.estimate(&cell(2), n, None).unwrap();
             assert!(whole.moments != other.moments, "{}: the comparison cannot fail", path.display());
         }
     }

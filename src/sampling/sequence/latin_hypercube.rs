@@ -2,12 +2,18 @@
 //!
 //! Source: McKay, Beckman, Conover, "A comparison of three methods for selecting values of input variables", 1979.
 
-use super::{Draw, independent, jittered, permute};
+use super::permutation::permute_in;
+use super::{Strata, jittered};
 
-#[inline(always)]
-pub(super) fn words(draw: &Draw, group: u32) -> [u32; 4] {
-    let (block, index, length) = draw.strata();
-    let seeds = draw.seeds(block, group);
-    let jitter = independent::words(draw, group);
-    [0, 1, 2, 3].map(|i| jittered(permute(index, length, seeds[i]), length, jitter[i]))
+pub(super) struct LatinHypercube;
+
+impl Strata for LatinHypercube {
+    #[inline(always)]
+    fn place<const POWER: bool>(index: u32, length: u32, seeds: [u32; 4], jitter: [u32; 4]) -> [u32; 4] {
+        let mut words = [0; 4];
+        for i in 0..4 {
+            words[i] = jittered::<POWER>(permute_in::<POWER>(index, length, seeds[i]), length, jitter[i]);
+        }
+        words
+    }
 }

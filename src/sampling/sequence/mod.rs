@@ -9,8 +9,11 @@ mod stratified;
 pub use permutation::permute;
 pub use sobol::sobol;
 
+use self::latin_hypercube::LatinHypercube;
+use self::stratified::Stratified;
 use super::rng::{Key, philox4x32};
 use crate::math::LANES;
+use crate::math::lanes::lane_of;
 
 /// A sequence: how sample points of one value relate to one another.
 #[derive(
@@ -50,36 +53,22 @@ impl Draw {
     pub fn words(&self, group: u32) -> [u32; 4] {
         match self.sequence {
             Sequence::Independent => independent::words(self, group),
-            Sequence::Stratified => stratified::words(self, group),
-            Sequence::LatinHypercube => latin_hypercube::words(self, group),
+            Sequence::Stratified => Stratified::words(self, group),
+            Sequence::LatinHypercube => LatinHypercube::words(self, group),
             Sequence::Sobol => sobol::words(self, group),
         }
     }
 
-    /// [`Self::words`] of eight samples of the same pixel, whatever `self.sample` is: `[word][lane]`.
+    /// [`Self::words`] of other samples, whatever `self.pixel` and `self.sample` are: `[word][lane]`.
     #[inline(always)]
-    pub fn words_lanes(&self, samples: &[u64; LANES], group: u32) -> [[u32; LANES]; 4] {
-        // One loop for each sequence, so that each can become vector code.
+    pub fn words_lanes(&self, pixels: &[u32; LANES], samples: &[u64; LANES], group: u32) -> [[u32; LANES]; 4] {
+        let lanes = Lanes { draw: self, pixels, samples };
         match self.sequence {
-            Sequence::Independent => self.each_lane(samples, |draw| independent::words(draw, group)),
-            Sequence::Stratified => self.each_lane(samples, |draw| stratified::words(draw, group)),
-            Sequence::LatinHypercube => self.each_lane(samples, |draw| latin_hypercube::words(draw, group)),
-            // Blocks of 2³² samples are scrambled apart; a packet hardly ever straddles two.
-            Sequence::Sobol if samples.iter().all(|s| s >> 32 == samples[0] >> 32) => {
-                sobol::words_lanes(self, samples, group)
-            }
-            Sequence::Sobol => self.each_lane(samples, |draw| sobol::words(draw, group)),
+            Sequence::Independent => independent::words_lanes(&lanes, group),
+            Sequence::Stratified => Stratified::words_lanes(&lanes, group),
+            Sequence::LatinHypercube => LatinHypercube::words_lanes(&lanes, group),
+            Sequence::Sobol => sobol::words_lanes(&lanes, group),
         }
-    }
-
-    #[inline(always)]
-    fn each_lane(&self, samples: &[u64; LANES], words: impl Fn(&Self) -> [u32; 4]) -> [[u32; LANES]; 4] {
-        let mut out = [[0; LANES]; 4];
-        for lane in 0..LANES {
-            let [a, b, c, d] = words(&Self { sample: samples[lane], ..*self });
-            (out[0][lane], out[1][lane], out[2][lane], out[3][lane]) = (a, b, c, d);
-        }
-        out
     }
 
     /// Four words that all samples of a block share: seeds of permutations and scrambles. The top bit of the last counter word
@@ -100,25 +89,116 @@ impl Draw {
     }
 }
 
-/// The word at `jitter`·2⁻³² of the way through stratum `stratum` of `strata` equal ones; never outside of it.
+/// The identities of a packet of samples: a draw but for pixel and sample.
+#[derive(Clone, Copy)]
+struct Lanes<'a> {
+    draw: &'a Draw,
+    pixels: &'a [u32; LANES],
+    samples: &'a [u64; LANES],
+}
+
+impl Lanes<'_> {
+    /// [`Draw::strata`], for lengths that are powers of two.
+    #[inline(always)]
+    fn strata(&self) -> Option<([u64; LANES], [u32; LANES], u32)> {
+        let length = self.draw.length.max(1);
+        if !length.is_power_of_two() || length > u64::from(u32::MAX) {
+            return None;
+        }
+        let (mut block, mut index) = ([0; LANES], [0; LANES]);
+        for lane in 0..LANES {
+            block[lane] = self.samples[lane] >> length.trailing_zeros();
+            index[lane] = (self.samples[lane] & (length - 1)) as u32;
+        }
+        Some((block, index, length as u32))
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Draw {
+        Draw { pixel: self.pixels[lane], sample: self.samples[lane], ..*self.draw }
+    }
+
+    /// [`Draw::seeds`].
+    #[inline(always)]
+    fn seeds(&self, blocks: &[u64; LANES], group: u32) -> [[u32; LANES]; 4] {
+        let mut out = [[0; LANES]; 4];
+        let (mut pixels, mut other) = (0, 0);
+        for lane in 0..LANES {
+            pixels |= self.pixels[lane] ^ self.pixels[0];
+            other |= blocks[lane] ^ blocks[0];
+        }
+        if pixels == 0 && other == 0 {
+            let seeds = self.get(0).seeds(blocks[0], group);
+            for word in 0..4 {
+                out[word] = [seeds[word]; LANES];
+            }
+        } else {
+            for lane in 0..LANES {
+                set(&mut out, lane, self.get(lane).seeds(blocks[lane], group));
+            }
+        }
+        out
+    }
+}
+
+/// Replaces the words of a lane.
 #[inline(always)]
-fn jittered(stratum: u32, strata: u32, jitter: u32) -> u32 {
-    span(stratum, stratum + 1, strata, jitter)
+fn set(words: &mut [[u32; LANES]; 4], lane: usize, [a, b, c, d]: [u32; 4]) {
+    (words[0][lane], words[1][lane], words[2][lane], words[3][lane]) = (a, b, c, d);
+}
+
+/// A sequence that gives every sample strata of its own. (A trait, not a closure: calls of a closure stay out of line, compiled
+/// without the caller's instructions.)
+trait Strata {
+    /// The words of sample `index` of `length`, from seeds that all of them share and its own independent words. `POWER` says
+    /// that `length` is a power of two.
+    fn place<const POWER: bool>(index: u32, length: u32, seeds: [u32; 4], jitter: [u32; 4]) -> [u32; 4];
+
+    #[inline(always)]
+    fn words(draw: &Draw, group: u32) -> [u32; 4] {
+        let (block, index, length) = draw.strata();
+        let (seeds, jitter) = (draw.seeds(block, group), independent::words(draw, group));
+        if length.is_power_of_two() {
+            Self::place::<true>(index, length, seeds, jitter)
+        } else {
+            Self::place::<false>(index, length, seeds, jitter)
+        }
+    }
+
+    #[inline(always)]
+    fn words_lanes(lanes: &Lanes<'_>, group: u32) -> [[u32; LANES]; 4] {
+        let mut out = independent::words_lanes(lanes, group);
+        if let Some((block, index, length)) = lanes.strata() {
+            let seeds = lanes.seeds(&block, group);
+            for lane in 0..LANES {
+                let words = Self::place::<true>(index[lane], length, lane_of(&seeds, lane), lane_of(&out, lane));
+                set(&mut out, lane, words);
+            }
+        } else {
+            for lane in 0..LANES {
+                set(&mut out, lane, Self::words(&lanes.get(lane), group));
+            }
+        }
+        out
+    }
+}
+
+/// The word at `jitter`·2⁻³² of the way through stratum `stratum` of `strata` equal ones; never outside of it. `POWER` says
+/// that there are a power of two of them: quick, and without branches.
+#[inline(always)]
+fn jittered<const POWER: bool>(stratum: u32, strata: u32, jitter: u32) -> u32 {
+    span::<POWER>(stratum, stratum + 1, strata, jitter)
 }
 
 /// The word at `jitter`·2⁻³² of the way from `from/of` to `to/of`; never outside.
 #[inline(always)]
-fn span(from: u32, to: u32, of: u32, jitter: u32) -> u32 {
+fn span<const POWER: bool>(from: u32, to: u32, of: u32, jitter: u32) -> u32 {
     let start = u64::from(from) << 32;
     let position = start + u64::from(to - from) * u64::from(jitter);
-    let of = u64::from(of);
-    let word = quotient(position, of);
+    if POWER {
+        return (position >> of.trailing_zeros()) as u32;
+    }
+    let word = position / u64::from(of);
     // Rounding down must not cross the lower edge.
-    (word + u64::from(word * of < start)) as u32
-}
-
-/// a/b rounded down, quick for powers of two.
-#[inline(always)]
-fn quotient(a: u64, b: u64) -> u64 {
-    if b.is_power_of_two() { a >> b.trailing_zeros() } else { a / b }
+    (word + u64::from(word * u64::from(of) < start)) as u32
 }

@@ -9,8 +9,9 @@
 //! sequences with better two-dimensional projections", 2008 (primitive polynomials and first direction numbers); Vegdahl,
 //! "Building a better LK hash", 2021 (the scrambling hash).
 
-use super::Draw;
+use super::{Draw, Lanes, set};
 use crate::math::LANES;
+use crate::math::lanes::lane_of;
 
 /// Recurrences of dimensions 1 to 3 (dimension 0 is van der Corput's): degree, inner coefficients of the primitive polynomial,
 /// first direction numbers.
@@ -108,10 +109,10 @@ const SETS: u32 = 1 << 30;
 
 impl Set {
     #[inline(always)]
-    fn new(draw: &Draw, block: u64, set: u32) -> Self {
-        let s = draw.seeds(block, SETS | set);
+    fn new(seeds: [u32; 4]) -> Self {
+        let [a, b, c, d] = seeds;
         // Any four of the five seeds are independent.
-        Self { shuffle: s[0] ^ s[1].rotate_left(8) ^ s[2].rotate_left(16) ^ s[3].rotate_left(24), scramble: s }
+        Self { shuffle: a ^ b.rotate_left(8) ^ c.rotate_left(16) ^ d.rotate_left(24), scramble: seeds }
     }
 
     /// Dimensions 0 and 1 of a sample, or 2 and 3 if `HIGH`.
@@ -124,19 +125,20 @@ impl Set {
     }
 }
 
-/// The two sets that a group's words belong to, and whether they are dimensions 2 and 3 of them (the light's) or 0 and 1.
-/// Groups alternate between the two decisions of a vertex; sets of a direction are those of the next vertex's light.
+/// Names of the two sets that a group's words belong to, and whether they are dimensions 2 and 3 of them (the light's) or 0
+/// and 1. Groups alternate between the two decisions of a vertex; sets of a direction are those of the next vertex's light.
 #[inline(always)]
-fn sets(draw: &Draw, block: u64, group: u32) -> ([Set; 2], bool) {
+fn sets(group: u32) -> ([u32; 2], bool) {
     let (vertex, light) = (group / 2, group % 2);
-    let set = 2 * (vertex + 1 - light);
-    ([Set::new(draw, block, set), Set::new(draw, block, set + 1)], light == 1)
+    let set = SETS | (2 * (vertex + 1 - light));
+    ([set, set + 1], light == 1)
 }
 
-/// Words of a group: a pair of dimensions of two sets.
+/// Words of a group: a pair of dimensions of two sets. Blocks of 2³² samples are scrambled apart.
 #[inline(always)]
 pub(super) fn words(draw: &Draw, group: u32) -> [u32; 4] {
-    let ([a, b], high) = sets(draw, draw.sample >> 32, group);
+    let (sets, high) = sets(group);
+    let [a, b] = sets.map(|set| Set::new(draw.seeds(draw.sample >> 32, set)));
     let ([x, y], [z, w]) = if high {
         (a.pair::<true>(draw.sample), b.pair::<true>(draw.sample))
     } else {
@@ -145,19 +147,24 @@ pub(super) fn words(draw: &Draw, group: u32) -> [u32; 4] {
     [x, y, z, w]
 }
 
-/// [`words`] of samples of one block of 2³²: `[word][lane]`.
 #[inline(always)]
-pub(super) fn words_lanes(draw: &Draw, samples: &[u64; LANES], group: u32) -> [[u32; LANES]; 4] {
-    let ([a, b], high) = sets(draw, samples[0] >> 32, group);
-    if high { pairs::<true>(a, b, samples) } else { pairs::<false>(a, b, samples) }
+pub(super) fn words_lanes(lanes: &Lanes<'_>, group: u32) -> [[u32; LANES]; 4] {
+    let mut blocks = [0; LANES];
+    for lane in 0..LANES {
+        blocks[lane] = lanes.samples[lane] >> 32;
+    }
+    let ([first, second], high) = sets(group);
+    let (a, b) = (lanes.seeds(&blocks, first), lanes.seeds(&blocks, second));
+    if high { pairs::<true>(&a, &b, lanes.samples) } else { pairs::<false>(&a, &b, lanes.samples) }
 }
 
 #[inline(always)]
-fn pairs<const HIGH: bool>(a: Set, b: Set, samples: &[u64; LANES]) -> [[u32; LANES]; 4] {
+fn pairs<const HIGH: bool>(a: &[[u32; LANES]; 4], b: &[[u32; LANES]; 4], samples: &[u64; LANES]) -> [[u32; LANES]; 4] {
     let mut out = [[0; LANES]; 4];
     for lane in 0..LANES {
-        let ([x, y], [z, w]) = (a.pair::<HIGH>(samples[lane]), b.pair::<HIGH>(samples[lane]));
-        (out[0][lane], out[1][lane], out[2][lane], out[3][lane]) = (x, y, z, w);
+        let [x, y] = Set::new(lane_of(a, lane)).pair::<HIGH>(samples[lane]);
+        let [z, w] = Set::new(lane_of(b, lane)).pair::<HIGH>(samples[lane]);
+        set(&mut out, lane, [x, y, z, w]);
     }
     out
 }

@@ -3,7 +3,8 @@
 //! The N cells stand in rows: √N rows for squares, 2^⌊k/2⌋ for 2^k, ⌊√N⌋ else. Row r holds the cells ⌈rN/R⌉ ≤ c < ⌈(r+1)N/R⌉
 //! and spans the same part of the unit interval, so that every cell has area 1/N for every N, primes included.
 
-use super::{Draw, independent, jittered, permute, quotient, span};
+use super::permutation::permute_in;
+use super::{Strata, jittered, span};
 
 /// Rows of the grid of `length` cells.
 #[inline(always)]
@@ -13,22 +14,30 @@ fn rows(length: u32) -> u32 {
 
 /// A word in the column and one in the row of a cell.
 #[inline(always)]
-fn cell(cell: u32, length: u32, jitter: [u32; 2]) -> [u32; 2] {
+fn cell<const POWER: bool>(cell: u32, length: u32, jitter: [u32; 2]) -> [u32; 2] {
     let rows = rows(length);
-    let (n, r) = (u64::from(length), u64::from(rows));
-    let row = quotient(u64::from(cell) * r, n);
-    let start = quotient(row * n + r - 1, r) as u32;
-    let end = quotient((row + 1) * n + r - 1, r) as u32;
-    [jittered(cell - start, end - start, jitter[0]), span(start, end, length, jitter[1])]
+    let (start, end) = if POWER {
+        let columns = length >> rows.trailing_zeros();
+        let start = cell & !(columns - 1);
+        (start, start + columns)
+    } else {
+        let (n, r) = (u64::from(length), u64::from(rows));
+        let row = u64::from(cell) * r / n;
+        (((row * n + r - 1) / r) as u32, (((row + 1) * n + r - 1) / r) as u32)
+    };
+    // As many columns in every row of a power of two.
+    let columns = if POWER { length >> rows.trailing_zeros() } else { end - start };
+    [jittered::<POWER>(cell - start, columns, jitter[0]), span::<POWER>(start, end, length, jitter[1])]
 }
 
-#[inline(always)]
-pub(super) fn words(draw: &Draw, group: u32) -> [u32; 4] {
-    let (block, index, length) = draw.strata();
-    let seeds = draw.seeds(block, group);
-    let j = independent::words(draw, group);
-    let [x, y] = cell(permute(index, length, seeds[0]), length, [j[0], j[1]]);
-    let z = jittered(permute(index, length, seeds[1]), length, j[2]);
-    let w = jittered(permute(index, length, seeds[2]), length, j[3]);
-    [x, y, z, w]
+pub(super) struct Stratified;
+
+impl Strata for Stratified {
+    #[inline(always)]
+    fn place<const POWER: bool>(index: u32, length: u32, seeds: [u32; 4], j: [u32; 4]) -> [u32; 4] {
+        let [x, y] = cell::<POWER>(permute_in::<POWER>(index, length, seeds[0]), length, [j[0], j[1]]);
+        let z = jittered::<POWER>(permute_in::<POWER>(index, length, seeds[1]), length, j[2]);
+        let w = jittered::<POWER>(permute_in::<POWER>(index, length, seeds[2]), length, j[3]);
+        [x, y, z, w]
+    }
 }

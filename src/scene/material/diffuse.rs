@@ -7,18 +7,18 @@ use std::f32::consts::FRAC_1_PI;
 
 #[inline(always)]
 pub(super) fn eval(reflectance: Rgb, wo: Vec3, wi: Vec3) -> Rgb {
-    if wo.z > 0.0 && wi.z > 0.0 { reflectance * (wi.z * FRAC_1_PI) } else { Rgb::ZERO }
+    // `&` and a selected factor: loops over lanes have no branch.
+    let cos = if (wo.z > 0.0) & (wi.z > 0.0) { wi.z } else { 0.0 };
+    reflectance * (cos * FRAC_1_PI)
 }
 
 #[inline(always)]
 pub(super) fn pdf(directions: Directions, wo: Vec3, wi: Vec3) -> f32 {
-    if !(wo.z > 0.0 && wi.z > 0.0) {
-        return 0.0;
-    }
-    match directions {
+    let pdf = match directions {
         Directions::Uniform => warp::uniform_hemisphere_pdf(),
         Directions::Cosine | Directions::Bsdf => warp::cosine_hemisphere_pdf(wi.z),
-    }
+    };
+    if (wo.z > 0.0) & (wi.z > 0.0) { pdf } else { 0.0 }
 }
 
 #[inline(always)]
