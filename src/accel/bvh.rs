@@ -5,10 +5,10 @@ use super::few::Few;
 use super::primitives::{Best, BoundedQuadric, Primitives};
 use super::simd::{Portable, Registers, Simd};
 use super::slab::{Slabs, WideSlabs};
-use super::surface::Surface;
+use super::surface::{Surface, SurfaceLanes};
 use super::tree::{Leaves, Tree};
 use super::triangle::{Packet, TriangleRay, bounds};
-use super::{Hit, Hits, Intersect, Ray, Rays, SurfacePoint};
+use super::{Hit, Hits, Intersect, Ray, Rays};
 use crate::Result;
 use crate::math::lanes::set_bits;
 use crate::scene::Scene;
@@ -52,13 +52,18 @@ impl Bvh {
         })
     }
 
-    /// [`Scene::surface_point`] from tables; `scene` must be the one that the BVH was built for.
+    /// [`Scene::surface_point`] of the `live` lanes' hits, from tables; `scene` must be the one that the BVH was built for.
     #[inline(always)]
-    pub fn surface_point(&self, scene: &Scene, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        match self.surfaces.get(hit.primitive as usize) {
-            Some(surface) => surface.point(scene, hit),
-            None => scene.quadric_point(ray, hit, hit.primitive - self.surfaces.len() as u32),
-        }
+    pub fn surface_points<R: Registers>(
+        &self,
+        r: R,
+        scene: &Scene,
+        rays: &Rays,
+        hits: &Hits,
+        live: u32,
+        at: &mut SurfaceLanes,
+    ) {
+        at.fill(r, &self.surfaces, scene, rays, hits, live);
     }
 
     /// [`Intersect::closest`] with a chosen instruction set, to be inlined into a caller compiled for it.

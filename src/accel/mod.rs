@@ -11,8 +11,9 @@ pub mod surface;
 mod tree;
 mod triangle;
 
-pub use surface::{Endpoint, leave, segment};
+pub use surface::{Endpoint, SurfaceLanes, leave, segment};
 
+use crate::math::lanes::bits;
 use crate::math::{LANES, Vec3, Vec3Lanes};
 
 /// Stands for no primitive: ends of rays in free space or on curved surfaces.
@@ -109,6 +110,16 @@ impl Hits {
     /// No hits.
     pub const NONE: Self =
         Self { t: [f32::INFINITY; LANES], primitive: [NO_PRIMITIVE; LANES], u: [0.0; LANES], v: [0.0; LANES] };
+
+    /// Bit i: lane i hit something.
+    #[inline(always)]
+    pub fn lanes(&self) -> u32 {
+        let mut hit = [0; LANES];
+        for lane in 0..LANES {
+            hit[lane] = self.primitive[lane] ^ NO_PRIMITIVE;
+        }
+        bits(&hit)
+    }
 
     /// The hit of a lane.
     #[inline(always)]

@@ -14,6 +14,18 @@ pub trait Registers: Copy {
     fn eight(self) -> Self::Eight;
     /// Proof for sixteen lanes.
     fn sixteen(self) -> Self::Sixteen;
+
+    /// Column i: number i of each row.
+    #[inline(always)]
+    fn columns(self, rows: &[&[f32; 16]; 16]) -> [[f32; 16]; 16] {
+        let mut columns = [[0.0; 16]; 16];
+        for (lane, row) in rows.iter().enumerate() {
+            for (column, x) in columns.iter_mut().zip(row.iter()) {
+                column[lane] = *x;
+            }
+        }
+        columns
+    }
 }
 
 /// `N`-lane f32 arithmetic. A value of an implementing type is the proof that its instructions may be used.
@@ -140,6 +152,28 @@ impl<const N: usize> Simd<N> for Portable {
     }
 }
 
+#[cfg(test)]
+mod tests {
+    use super::Registers;
+
+    fn transposes(registers: impl Registers) {
+        let rows: [[f32; 16]; 16] = std::array::from_fn(|r| std::array::from_fn(|c| (100 * r + c) as f32));
+        let columns = registers.columns(&std::array::from_fn(|r| &rows[r]));
+        for (c, column) in columns.iter().enumerate() {
+            assert_eq!(*column, std::array::from_fn(|r| rows[r][c]));
+        }
+    }
+
+    #[test]
+    fn columns_are_those_of_the_rows() {
+        transposes(super::Portable);
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx512) = super::Avx512::detect() {
+            transposes(avx512);
+        }
+    }
+}
+
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Avx512};
 
@@ -198,6 +232,44 @@ mod x86 {
         #[inline(always)]
         fn sixteen(self) -> Self {
             self
+        }
+        #[inline(always)]
+        fn columns(self, rows: &[&[f32; 16]; 16]) -> [[f32; 16]; 16] {
+            let mut columns = [[0.0; 16]; 16];
+            // SAFETY: a value of `Avx512` exists only where its instructions were detected; rows are read and columns written
+            // whole, without alignment.
+            unsafe {
+                let zero = _mm512_setzero_ps();
+                let (mut a, mut b) = ([zero; 16], [zero; 16]);
+                for i in 0..16 {
+                    a[i] = _mm512_loadu_ps(rows[i].as_ptr());
+                }
+                // Pairs of rows, then of pairs, within 128 bits; then quarters of four and of eight.
+                for i in (0..16).step_by(2) {
+                    b[i] = _mm512_unpacklo_ps(a[i], a[i + 1]);
+                    b[i + 1] = _mm512_unpackhi_ps(a[i], a[i + 1]);
+                }
+                for i in (0..16).step_by(4) {
+                    a[i] = _mm512_shuffle_ps::<0x44>(b[i], b[i + 2]);
+                    a[i + 1] = _mm512_shuffle_ps::<0xEE>(b[i], b[i + 2]);
+                    a[i + 2] = _mm512_shuffle_ps::<0x44>(b[i + 1], b[i + 3]);
+                    a[i + 3] = _mm512_shuffle_ps::<0xEE>(b[i + 1], b[i + 3]);
+                }
+                for k in 0..4 {
+                    b[k] = _mm512_shuffle_f32x4::<0x88>(a[k], a[k + 4]);
+                    b[k + 4] = _mm512_shuffle_f32x4::<0xDD>(a[k], a[k + 4]);
+                    b[k + 8] = _mm512_shuffle_f32x4::<0x88>(a[k + 8], a[k + 12]);
+                    b[k + 12] = _mm512_shuffle_f32x4::<0xDD>(a[k + 8], a[k + 12]);
+                }
+                for k in 0..8 {
+                    a[k] = _mm512_shuffle_f32x4::<0x88>(b[k], b[k + 8]);
+                    a[k + 8] = _mm512_shuffle_f32x4::<0xDD>(b[k], b[k + 8]);
+                }
+                for i in 0..16 {
+                    _mm512_storeu_ps(columns[i].as_mut_ptr(), a[i]);
+                }
+            }
+            columns
         }
     }
 

@@ -1,9 +1,11 @@
 //! From a hit to a surface point, and from surface points to the rays that leave them.
 
 use super::quadric::Quadric;
-use super::{Hit, NO_PRIMITIVE, Ray, SurfacePoint};
-use crate::math::Vec3;
+use super::simd::Registers;
+use super::{Hit, Hits, NO_PRIMITIVE, Ray, Rays, SurfacePoint};
+use crate::math::lanes::{bits, set_bits};
 use crate::math::robust::{UNIT_ROUNDOFF, gamma, offset_origin};
+use crate::math::{LANES, Vec3, Vec3Lanes};
 use crate::scene::{Geometry, Scene};
 
 /// One end of a ray or segment: a point, the bound on its error and the normal of the surface it lies on.
@@ -55,43 +57,196 @@ pub fn segment(from: impl Into<Endpoint>, to: impl Into<Endpoint>) -> Ray {
     Ray { origin, direction: end - origin, t_max: 1.0, from: from.triangle, to: to.triangle }
 }
 
-/// A triangle as shading needs it, made once per scene.
-#[derive(Clone, Copy, Debug)]
+/// A triangle as shading needs it, made once per scene: sixteen words, one line of the cache.
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(64))]
 pub(super) struct Surface {
-    p0: Vec3,
+    p0: [f32; 3],
     /// From vertex 0 to vertices 1 and 2.
-    edges: [Vec3; 2],
-    ng: Vec3,
+    edges: [[f32; 3]; 2],
+    ng: [f32; 3],
     shape: u32,
-    smooth: bool,
+    front: u32,
+    back: u32,
+    /// [`SMOOTH`], [`LIGHT`].
+    flags: u32,
 }
+
+/// Its normals are interpolated.
+const SMOOTH: u32 = 1;
+/// It emits.
+const LIGHT: u32 = 2;
 
 impl Surface {
     pub(super) fn new(scene: &Scene, triangle: u32) -> Self {
         let triangle = &scene.triangles[triangle as usize];
         let [p0, p1, p2] = triangle.vertices.map(|v| scene.positions[v as usize]);
-        let geometry = &scene.shapes[triangle.shape as usize].geometry;
+        let shape = &scene.shapes[triangle.shape as usize];
         // f64: the cross product of a sliver's edges cancels.
-        let (e1, e2) = match geometry {
+        let (e1, e2) = match shape.geometry {
             Geometry::Rectangle { edge_u, edge_v, .. } => (edge_u.as_dvec3(), edge_v.as_dvec3()),
             _ => (p1.as_dvec3() - p0.as_dvec3(), p2.as_dvec3() - p0.as_dvec3()),
         };
         let ng = e1.cross(e2).normalize_or_zero().as_vec3();
-        let smooth = matches!(geometry, Geometry::Mesh { smooth: true, .. });
-        Self { p0, edges: [p1 - p0, p2 - p0], ng, shape: triangle.shape, smooth }
+        let smooth = matches!(shape.geometry, Geometry::Mesh { smooth: true, .. });
+        Self {
+            p0: p0.into(),
+            edges: [(p1 - p0).into(), (p2 - p0).into()],
+            ng: ng.into(),
+            shape: triangle.shape,
+            front: shape.front,
+            back: shape.back,
+            flags: if smooth { SMOOTH } else { 0 } | if shape.light.is_some() { LIGHT } else { 0 },
+        }
     }
 
     /// See [`Scene::surface_point`].
     #[inline(always)]
     pub(super) fn point(&self, scene: &Scene, hit: &Hit) -> SurfacePoint {
-        let (along1, along2) = (self.edges[0] * hit.u, self.edges[1] * hit.v);
-        let p = self.p0 + (along1 + along2);
-        // Any (u, v) is a point of the plane: only the roundings of this sum count, not those of u and v.
-        let p_error = (along1.abs() + along2.abs()) * gamma(4) + p.abs() * gamma(1);
-        let ng = self.ng;
-        let ns = if self.smooth { interpolated_normal(scene, hit, ng) } else { ng };
+        let [e1, e2] = self.edges.map(Vec3::from);
+        let (p, p_error) = on_plane(self.p0.into(), e1, e2, hit.u, hit.v);
+        let ng = self.ng.into();
+        let ns = if self.flags & SMOOTH != 0 { interpolated_normal(scene, hit, ng) } else { ng };
         SurfacePoint { p, p_error, ng, ns, shape: self.shape, triangle: hit.primitive }
     }
+}
+
+/// A point of a triangle's plane and the bound on its error.
+#[inline(always)]
+fn on_plane(p0: Vec3, e1: Vec3, e2: Vec3, u: f32, v: f32) -> (Vec3, Vec3) {
+    let (along1, along2) = (e1 * u, e2 * v);
+    let p = p0 + (along1 + along2);
+    // Any (u, v) is a point of the plane: only the roundings of this sum count, not those of u and v.
+    (p, (along1.abs() + along2.abs()) * gamma(4) + p.abs() * gamma(1))
+}
+
+/// Where the rays of a packet hit: [`SurfacePoint`] for lanes, and what of the shapes every path asks for.
+pub struct SurfaceLanes {
+    /// See [`SurfacePoint::p`].
+    pub p: Vec3Lanes,
+    /// See [`SurfacePoint::p_error`].
+    pub p_error: Vec3Lanes,
+    /// See [`SurfacePoint::ng`].
+    pub ng: Vec3Lanes,
+    /// See [`SurfacePoint::ns`].
+    pub ns: Vec3Lanes,
+    /// See [`SurfacePoint::shape`].
+    pub shape: [u32; LANES],
+    /// See [`SurfacePoint::triangle`].
+    pub triangle: [u32; LANES],
+    /// The shapes' materials on the front side.
+    pub front: [u32; LANES],
+    /// The shapes' materials on the back side.
+    pub back: [u32; LANES],
+    /// Bit i: the shape of lane i is a light.
+    pub lights: u32,
+}
+
+impl SurfaceLanes {
+    /// No surfaces.
+    pub const NONE: Self = {
+        let (zero, none) = (Vec3Lanes::ZERO, [0; LANES]);
+        Self {
+            p: zero,
+            p_error: zero,
+            ng: zero,
+            ns: zero,
+            shape: none,
+            triangle: none,
+            front: none,
+            back: none,
+            lights: 0,
+        }
+    };
+
+    /// The point of a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> SurfacePoint {
+        SurfacePoint {
+            p: self.p.get(lane),
+            p_error: self.p_error.get(lane),
+            ng: self.ng.get(lane),
+            ns: self.ns.get(lane),
+            shape: self.shape[lane],
+            triangle: self.triangle[lane],
+        }
+    }
+
+    /// Where a ray that leaves the point of a lane starts.
+    #[inline(always)]
+    pub fn endpoint(&self, lane: usize) -> Endpoint {
+        Endpoint {
+            p: self.p.get(lane),
+            p_error: self.p_error.get(lane),
+            ng: self.ng.get(lane),
+            triangle: self.triangle[lane],
+        }
+    }
+
+    /// The points of `live` lanes' hits; the others may hold anything.
+    #[inline(always)]
+    pub(super) fn fill<R: Registers>(
+        &mut self,
+        registers: R,
+        surfaces: &[Surface],
+        scene: &Scene,
+        rays: &Rays,
+        hits: &Hits,
+        live: u32,
+    ) {
+        let mut curved = live;
+        if let Some(any) = surfaces.first() {
+            let mut rows: [&[f32; 16]; LANES] = [bytemuck::cast_ref(any); LANES];
+            for lane in 0..LANES {
+                if let Some(surface) = surfaces.get(hits.primitive[lane] as usize) {
+                    rows[lane] = bytemuck::cast_ref(surface);
+                    curved &= !(1 << lane);
+                }
+            }
+            let columns = registers.columns(&rows);
+            let vectors = |first: usize| Vec3Lanes { x: columns[first], y: columns[first + 1], z: columns[first + 2] };
+            let (p0, e1, e2) = (vectors(0), vectors(3), vectors(6));
+            (self.ng, self.ns) = (vectors(9), vectors(9));
+            (self.shape, self.front, self.back) = (words(&columns[12]), words(&columns[13]), words(&columns[14]));
+            self.triangle = hits.primitive;
+            for lane in 0..LANES {
+                let (p, p_error) = on_plane(p0.get(lane), e1.get(lane), e2.get(lane), hits.u[lane], hits.v[lane]);
+                self.p.set(lane, p);
+                self.p_error.set(lane, p_error);
+            }
+            let flags = words(&columns[15]);
+            let (mut smooth, mut light) = ([0; LANES], [0; LANES]);
+            for lane in 0..LANES {
+                smooth[lane] = flags[lane] & SMOOTH;
+                light[lane] = flags[lane] & LIGHT;
+            }
+            self.lights = live & !curved & bits(&light);
+            for lane in set_bits(live & !curved & bits(&smooth)) {
+                if let Some(hit) = hits.get(lane) {
+                    self.ns.set(lane, interpolated_normal(scene, &hit, self.ng.get(lane)));
+                }
+            }
+        }
+        for lane in set_bits(curved) {
+            if let Some(hit) = hits.get(lane) {
+                let index = hit.primitive - surfaces.len() as u32;
+                let at = scene.quadric_point(&rays.get(lane), &hit, index);
+                let shape = &scene.shapes[index as usize];
+                self.p.set(lane, at.p);
+                self.p_error.set(lane, at.p_error);
+                self.ng.set(lane, at.ng);
+                self.ns.set(lane, at.ns);
+                (self.shape[lane], self.triangle[lane]) = (at.shape, at.triangle);
+                (self.front[lane], self.back[lane]) = (shape.front, shape.back);
+                self.lights |= u32::from(shape.light.is_some()) << lane;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn words(x: &[f32; LANES]) -> [u32; LANES] {
+    bytemuck::cast(*x)
 }
 
 /// The vertices' normals mixed, in the hemisphere of `ng`.

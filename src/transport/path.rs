@@ -8,7 +8,7 @@ use super::wave::{Paths, Vertices, Wave};
 use crate::accel::bvh::Bvh;
 use crate::accel::simd::Registers;
 use crate::accel::{Ray, Rays, SurfacePoint, leave, segment};
-use crate::math::lanes::{bits, set_bits};
+use crate::math::lanes::{bits, lane_of, set_bits};
 use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
 use crate::sampling::Draw;
 use crate::sampling::dimension::{Decision, group};
@@ -128,7 +128,7 @@ impl<'a> PathTracer<'a> {
     /// The next edge of a packet: what it meets, the light that is scattered there, and where it goes on.
     #[inline(always)]
     fn advance<V: Registers, S: Sink>(&self, simd: V, depth: u32, draw: &Draw, paths: &mut Paths, sink: &mut S) {
-        let mut vertices = Vertices::new();
+        let mut vertices = Vertices::NONE;
         self.meet(simd, depth, paths, &mut vertices, sink);
         if paths.live == 0 {
             return;
@@ -148,35 +148,42 @@ impl<'a> PathTracer<'a> {
         sink: &mut S,
     ) {
         let hits = self.bvh.closest_lanes(simd, &paths.ray, paths.live);
-        for lane in set_bits(paths.live) {
-            let (ray, wo, beta) = (paths.ray.get(lane), paths.wo.get(lane), paths.beta.get(lane));
-            // Density and origin of the last drawn direction; none at the camera, where emission counts in full.
-            let last = (depth > 1).then(|| (paths.pdf[lane], paths.p.get(lane)));
-            let Some(hit) = hits.get(lane) else {
-                paths.add(lane, self.escape(depth, ray.direction, beta, last, sink));
-                paths.end(lane);
-                continue;
-            };
-            let at = self.bvh.surface_point(self.scene, &ray, &hit);
-            let shape = &self.scene.shapes[at.shape as usize];
-            if shape.light.is_some() {
-                paths.add(lane, self.emission(depth, &at, wo, beta, last, sink));
-            }
-            if depth >= self.max_depth {
-                paths.end(lane);
-                continue;
-            }
-            sink.vertex(&Vertex { depth, position: at.p, normal: at.ng, shape: at.shape, beta });
-            let cos = at.ns.dot(wo);
-            let (material, normal) = if cos > 0.0 { (shape.front, at.ns) } else { (shape.back, -at.ns) };
-            let material = self.scene.materials[material as usize];
-            // Black, or at grazing incidence.
-            if material == Material::Black || cos == 0.0 {
-                paths.end(lane);
-                continue;
-            }
-            vertices.set(lane, &at, normal, material);
+        // Density and origin of the last drawn direction; none at the camera, where emission counts in full.
+        let last = |paths: &Paths, lane: usize| (depth > 1).then(|| (paths.pdf[lane], paths.p.get(lane)));
+        for lane in set_bits(paths.live & !hits.lanes()) {
+            let (direction, beta) = (paths.ray.direction.get(lane), paths.beta.get(lane));
+            paths.add(lane, self.escape(depth, direction, beta, last(paths, lane), sink));
         }
+        paths.live &= hits.lanes();
+        let at = &mut vertices.at;
+        self.bvh.surface_points(simd, self.scene, &paths.ray, &hits, paths.live, at);
+        for lane in set_bits(paths.live & at.lights) {
+            let (wo, beta) = (paths.wo.get(lane), paths.beta.get(lane));
+            paths.add(lane, self.emission(depth, &at.get(lane), wo, beta, last(paths, lane), sink));
+        }
+        if depth >= self.max_depth {
+            paths.live = 0;
+        }
+        if paths.live == 0 {
+            return;
+        }
+        let (mut material, mut grazing) = ([0; LANES], [0; LANES]);
+        for lane in 0..LANES {
+            let ns = at.ns.get(lane);
+            let cos = ns.dot(paths.wo.get(lane));
+            vertices.normal.set(lane, ns * 1f32.copysign(cos));
+            material[lane] = if cos > 0.0 { at.front[lane] } else { at.back[lane] };
+            grazing[lane] = u32::from(cos == 0.0);
+        }
+        for lane in set_bits(paths.live) {
+            let (position, normal) = (at.p.get(lane), at.ng.get(lane));
+            sink.vertex(&Vertex { depth, position, normal, shape: at.shape[lane], beta: paths.beta.get(lane) });
+            match self.scene.materials[material[lane] as usize] {
+                Material::Black => paths.end(lane),
+                Material::Diffuse { reflectance } => vertices.reflectance.set(lane, reflectance),
+            }
+        }
+        paths.live &= !bits(&grazing);
     }
 
     /// The weight of a light that was met by drawing a direction.
@@ -244,7 +251,7 @@ impl<'a> PathTracer<'a> {
         &self,
         simd: V,
         depth: u32,
-        at: &Vertices,
+        vertices: &Vertices,
         paths: &mut Paths,
         draw: &Draw,
         sink: &mut S,
@@ -254,24 +261,24 @@ impl<'a> PathTracer<'a> {
         }
         let words = draw.words_lanes(&paths.pixel, &paths.sample, group(depth, Decision::Light));
         let mut light = LightSamples::NONE;
-        self.lights.sample_lanes(self.scene, &at.p, &words, paths.live, &mut light);
+        self.lights.sample_lanes(self.scene, &vertices.at.p, &words, paths.live, &mut light);
         let (mut scattered, mut pdf_direction) = (Vec3Lanes::ZERO, [0.0; LANES]);
         let (mut shadow, mut dark) = (Rays::ZERO, [0; LANES]);
         for lane in 0..LANES {
-            let frame = Frame::new(at.normal.get(lane));
+            let frame = Frame::new(vertices.normal.get(lane));
             let (wo, wi) = (frame.to_local(paths.wo.get(lane)), frame.to_local(light.wi.get(lane)));
-            let f = at.material[lane].eval(wo, wi);
+            let f = vertices.material(lane).eval(wo, wi);
             dark[lane] = u32::from(f == Rgb::ZERO);
             scattered.set(lane, f);
             let only_light = light.delta[lane] || self.strategy.heuristic == Heuristic::None;
-            let pdf = at.material[lane].pdf(self.strategy.directions, wo, wi);
+            let pdf = vertices.material(lane).pdf(self.strategy.directions, wo, wi);
             pdf_direction[lane] = if only_light { 0.0 } else { pdf };
         }
         for lane in 0..LANES {
-            shadow.set(lane, segment(at.endpoint(lane), light.endpoint(lane)));
+            shadow.set(lane, segment(vertices.at.endpoint(lane), light.endpoint(lane)));
         }
         for lane in set_bits(light.directions) {
-            shadow.set(lane, leave(at.endpoint(lane), light.wi.get(lane)));
+            shadow.set(lane, leave(vertices.at.endpoint(lane), light.wi.get(lane)));
         }
         let lit = light.lanes & !bits(&dark);
         let lit = lit & !self.bvh.occluded_lanes(simd, &shadow, lit);
@@ -298,26 +305,32 @@ impl<'a> PathTracer<'a> {
 
     /// Draws the next directions and plays roulette.
     #[inline(always)]
-    fn bounce<S: Sink>(&self, depth: u32, at: &Vertices, paths: &mut Paths, draw: &Draw, sink: &mut S) {
+    fn bounce<S: Sink>(&self, depth: u32, vertices: &Vertices, paths: &mut Paths, draw: &Draw, sink: &mut S) {
         let words = draw.words_lanes(&paths.pixel, &paths.sample, group(depth, Decision::Direction));
         let mut wo = Vec3Lanes::ZERO;
         for lane in 0..LANES {
-            wo.set(lane, Frame::new(at.normal.get(lane)).to_local(paths.wo.get(lane)));
+            wo.set(lane, Frame::new(vertices.normal.get(lane)).to_local(paths.wo.get(lane)));
         }
-        let (wi, pdf) = Material::sample_lanes(&at.material, self.strategy.directions, &wo, &words);
+        let (mut wi, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
+        for lane in 0..LANES {
+            let sample = vertices.material(lane).sample(self.strategy.directions, wo.get(lane), lane_of(&words, lane));
+            let (direction, density) = sample.unwrap_or((Vec3::Z, 0.0));
+            wi.set(lane, direction);
+            pdf[lane] = density;
+        }
         let mut absorbed = [0; LANES];
         for lane in 0..LANES {
-            let f = at.material[lane].eval(wo.get(lane), wi.get(lane));
+            let f = vertices.material(lane).eval(wo.get(lane), wi.get(lane));
             let beta = paths.beta.get(lane) * (f / pdf[lane]);
             absorbed[lane] = u32::from((pdf[lane] == 0.0) | (beta == Rgb::ZERO));
             paths.beta.set(lane, beta);
-            paths.wo.set(lane, -Frame::new(at.normal.get(lane)).to_world(wi.get(lane)));
+            paths.wo.set(lane, -Frame::new(vertices.normal.get(lane)).to_world(wi.get(lane)));
         }
         paths.pdf = pdf;
-        paths.p = at.p;
+        paths.p = vertices.at.p;
         for lane in 0..LANES {
             let direction = -paths.wo.get(lane);
-            paths.ray.set(lane, leave(at.endpoint(lane), direction));
+            paths.ray.set(lane, leave(vertices.at.endpoint(lane), direction));
         }
         paths.live &= !bits(&absorbed);
         let mut survival = [1.0; LANES];

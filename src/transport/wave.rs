@@ -1,9 +1,9 @@
 //! Paths side by side: samples of a pixel, or of several, that advance together, in packets of lanes. What lanes without a live
 //! path hold is computed along and never kept.
 
-use crate::accel::{Endpoint, Rays, SurfacePoint};
+use crate::accel::{Rays, SurfaceLanes};
 use crate::math::lanes::set_bits;
-use crate::math::{LANES, Rgb, Vec3, Vec3Lanes};
+use crate::math::{LANES, Rgb, Vec3Lanes};
 use crate::moments::BATCH;
 use crate::scene::Material;
 use std::ops::Range;
@@ -154,48 +154,22 @@ impl Wave {
     }
 }
 
-/// The surfaces that the paths of a packet have reached. Lanes without one are black.
+/// The surfaces that the paths of a packet have reached.
 pub(super) struct Vertices {
-    pub(super) p: Vec3Lanes,
-    pub(super) p_error: Vec3Lanes,
-    pub(super) ng: Vec3Lanes,
+    pub(super) at: SurfaceLanes,
     /// Shading normals on the side that the path came from.
     pub(super) normal: Vec3Lanes,
-    pub(super) triangle: [u32; LANES],
-    pub(super) material: [Material; LANES],
+    /// Zero in lanes without a surface.
+    pub(super) reflectance: Vec3Lanes,
 }
 
 impl Vertices {
-    #[inline(always)]
-    pub(super) fn new() -> Self {
-        let zero = Vec3Lanes::ZERO;
-        Self {
-            p: zero,
-            p_error: zero,
-            ng: zero,
-            normal: zero,
-            triangle: [0; LANES],
-            material: [Material::Black; LANES],
-        }
-    }
+    pub(super) const NONE: Self =
+        Self { at: SurfaceLanes::NONE, normal: Vec3Lanes::ZERO, reflectance: Vec3Lanes::ZERO };
 
+    /// All that is not black is diffuse: no branch on the kind, which would keep loops over lanes from becoming vector code.
     #[inline(always)]
-    pub(super) fn set(&mut self, lane: usize, at: &SurfacePoint, normal: Vec3, material: Material) {
-        self.p.set(lane, at.p);
-        self.p_error.set(lane, at.p_error);
-        self.ng.set(lane, at.ng);
-        self.normal.set(lane, normal);
-        self.triangle[lane] = at.triangle;
-        self.material[lane] = material;
-    }
-
-    #[inline(always)]
-    pub(super) fn endpoint(&self, lane: usize) -> Endpoint {
-        Endpoint {
-            p: self.p.get(lane),
-            p_error: self.p_error.get(lane),
-            ng: self.ng.get(lane),
-            triangle: self.triangle[lane],
-        }
+    pub(super) fn material(&self, lane: usize) -> Material {
+        Material::Diffuse { reflectance: self.reflectance.get(lane) }
     }
 }

@@ -2,8 +2,7 @@
 
 mod diffuse;
 
-use crate::math::lanes::lane_of;
-use crate::math::{LANES, Rgb, Vec3, Vec3Lanes};
+use crate::math::{Rgb, Vec3};
 use crate::sampling::strategy::Directions;
 
 /// What a surface does to light. One side of a shape; see [`super::Shape::front`].
@@ -45,38 +44,6 @@ impl Material {
         match self {
             Self::Black => None,
             Self::Diffuse { .. } => diffuse::sample(directions, wo, words),
-        }
-    }
-
-    /// [`Self::sample`] for lanes; `words` as `[word][lane]`. Density 0 where nothing is reflected.
-    #[inline(always)]
-    pub fn sample_lanes(
-        materials: &[Self; LANES],
-        directions: Directions,
-        wo: &Vec3Lanes,
-        words: &[[u32; LANES]; 4],
-    ) -> (Vec3Lanes, [f32; LANES]) {
-        // One loop for each technique, so that each can become vector code.
-        #[inline(always)]
-        fn each(
-            materials: &[Material; LANES],
-            directions: Directions,
-            wo: &Vec3Lanes,
-            words: &[[u32; LANES]; 4],
-        ) -> (Vec3Lanes, [f32; LANES]) {
-            let (mut wi, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
-            for lane in 0..LANES {
-                let sample = materials[lane].sample(directions, wo.get(lane), lane_of(words, lane));
-                let (direction, density) = sample.unwrap_or((Vec3::Z, 0.0));
-                wi.set(lane, direction);
-                pdf[lane] = density;
-            }
-            (wi, pdf)
-        }
-        match directions {
-            Directions::Uniform => each(materials, Directions::Uniform, wo, words),
-            Directions::Cosine => each(materials, Directions::Cosine, wo, words),
-            Directions::Bsdf => each(materials, Directions::Bsdf, wo, words),
         }
     }
 }
