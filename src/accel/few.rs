@@ -112,8 +112,9 @@ impl List {
 
     #[inline(always)]
     fn get(&self) -> &[(u8, u16)] {
+        let written: *const [MaybeUninit<_>] = &self.entries[..self.len];
         // SAFETY: `push` writes before it counts.
-        unsafe { self.entries[..self.len].assume_init_ref() }
+        unsafe { &*(written as *const [(u8, u16)]) }
     }
 }
 

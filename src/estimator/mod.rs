@@ -183,7 +183,7 @@ pub fn estimate_by_batches(
     let start = Instant::now();
     let tree = tree.extend(shape.pixels(), checkpoint, draw);
     let seconds = spent + start.elapsed().as_secs_f64();
-    Estimate { field: tree.fold().iter().map(|m| m.mean).collect(), moments: Some(tree), abscissa: checkpoint, seconds }
+    Estimate { field: tree.fold_map(|m| m.mean), moments: Some(tree), abscissa: checkpoint, seconds }
 }
 
 const _: () = assert!(BLOCK == 64, "part of the file format and of every figure's bits");

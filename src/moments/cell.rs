@@ -34,13 +34,13 @@ pub struct Checkpoint {
 impl Checkpoint {
     /// What an estimate leaves at a checkpoint.
     pub fn of(estimate: &Estimate) -> Self {
-        let moments = estimate.moments.as_ref().map(BlockTree::fold).unwrap_or_default();
+        let tree = estimate.moments.as_ref();
         Self {
             seconds: estimate.seconds,
             mean: estimate.field.clone(),
-            variance: moments.iter().map(|m| m.sample_variance().unwrap_or(f64::NAN)).collect(),
-            non_finite: moments.iter().map(|m| m.non_finite).sum(),
-            located: estimate.moments.as_ref().map(|t| t.non_finite().to_vec()).unwrap_or_default(),
+            variance: tree.map(|t| t.fold_map(|m| m.sample_variance().unwrap_or(f64::NAN))).unwrap_or_default(),
+            non_finite: tree.map_or(0, |t| t.nodes().iter().map(|m| m.non_finite).sum()),
+            located: tree.map(|t| t.non_finite().to_vec()).unwrap_or_default(),
         }
     }
 }
@@ -139,8 +139,7 @@ impl CellFolder {
             located: c.located.clone(),
             ..self.header(c.mean.len(), samples, c.seconds)
         };
-        let payload = [bytemuck::cast_slice::<f64, u8>(&c.mean), bytemuck::cast_slice(&c.variance)].concat();
-        write(&self.file(samples), &header, &payload)
+        write(&self.file(samples), &header, &[bytemuck::cast_slice(&c.mean), bytemuck::cast_slice(&c.variance)])
     }
 
     /// Reads a checkpoint; `None` if there is none. `values` is the size that the field must have.
@@ -170,7 +169,7 @@ impl CellFolder {
             located: tree.non_finite().to_vec(),
             ..self.header(pixels * channels, tree.samples(), estimate.seconds)
         };
-        write(&self.state(), &header, bytemuck::cast_slice(tree.nodes()))
+        write(&self.state(), &header, &[bytemuck::cast_slice(tree.nodes())])
     }
 
     /// Reads the newest state; `None` if there is none.
@@ -185,7 +184,7 @@ impl CellFolder {
             .then(|| BlockTree::from_parts(pixels, channels, header.samples, nodes, header.located))
             .flatten()
             .ok_or_else(|| Error::damaged(&path, "its arrays do not fit its header"))?;
-        let field = tree.fold().iter().map(|m| m.mean).collect();
+        let field = tree.fold_map(|m| m.mean);
         Ok(Some(Estimate { field, abscissa: tree.samples(), moments: Some(tree), seconds: header.seconds }))
     }
 
@@ -201,20 +200,18 @@ fn floats(payload: &[u8]) -> Vec<f64> {
     payload.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("8 bytes"))).collect()
 }
 
-fn write(path: &Path, header: &Header, payload: &[u8]) -> Result<()> {
+fn write(path: &Path, header: &Header, payload: &[&[u8]]) -> Result<()> {
     let text = serde_json::to_vec(header).expect("plain data");
-    let mut bytes = Vec::with_capacity(20 + text.len() + payload.len() + CHECKSUM);
-    bytes.extend_from_slice(MAGIC);
-    bytes.extend_from_slice(&VERSION.to_le_bytes());
-    bytes.extend_from_slice(&(text.len() as u64).to_le_bytes());
-    bytes.extend_from_slice(&text);
-    bytes.extend_from_slice(payload);
-    let checksum = blake3::hash(&bytes);
-    bytes.extend_from_slice(checksum.as_bytes());
-    crate::record::write_quickly(path, &bytes)
+    let (version, length) = (VERSION.to_le_bytes(), (text.len() as u64).to_le_bytes());
+    let mut parts: Vec<&[u8]> = vec![MAGIC, &version, &length, &text];
+    parts.extend(payload);
+    let mut checksum = blake3::Hasher::new();
+    parts.iter().for_each(|part| _ = checksum.update(part));
+    let checksum = checksum.finalize();
+    parts.push(checksum.as_bytes());
+    crate::record::write_quickly(path, &parts)
 }
 
-/// Header and payload of a file whose checksum holds; `None` if the file does not exist.
 fn read(path: &Path) -> Result<Option<(Header, Vec<u8>)>> {
     let length = match std::fs::metadata(path) {
         Ok(m) => m.len(),

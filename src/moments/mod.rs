@@ -1,6 +1,8 @@
 //! Running moments of samples: push, merge, fields of them, and the files that keep them.
 
 pub mod cell;
+#[cfg(target_arch = "x86_64")]
+mod leaf;
 pub mod tree;
 
 pub use tree::{BATCH, BLOCK, BlockTree};
@@ -57,21 +59,30 @@ static RECIPROCAL: [f64; BLOCK as usize + 1] = {
     r
 };
 
+#[inline(always)]
+fn reciprocal(n: u64) -> f64 {
+    RECIPROCAL.get(n as usize).copied().unwrap_or_else(|| 1.0 / n as f64)
+}
+
+/// Whether a sample counts: NaN passes no comparison.
+#[inline(always)]
+fn counts(x: f64) -> bool {
+    x.abs() <= f64::from(f32::MAX)
+}
+
 impl Moments {
     /// Adds sample number `index`. Welford's update with third and fourth moments; Pébay, SAND2008-6212, §2.1.
     #[inline(always)]
     pub fn push(&mut self, x: f64, index: u64) {
-        // The negated comparison catches NaN too.
-        if !(x.abs() <= f64::from(f32::MAX)) {
+        if !counts(x) {
             self.non_finite += 1;
             return;
         }
         let before = self.n as f64;
         self.n += 1;
         let n = self.n as f64;
-        let reciprocal = if self.n <= BLOCK { RECIPROCAL[self.n as usize] } else { 1.0 / n };
         let delta = x - self.mean;
-        let dn = delta * reciprocal;
+        let dn = delta * reciprocal(self.n);
         let dn2 = dn * dn;
         let t = delta * dn * before;
         self.mean += dn;

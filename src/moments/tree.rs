@@ -14,6 +14,9 @@ pub const BLOCK: u64 = 64;
 /// Most samples that are drawn at once, of one pixel or of several.
 pub const BATCH: u64 = 4 * BLOCK;
 
+/// Fewest pixels that are worth a thread's turn when they are only folded.
+const FOLDED_TOGETHER: usize = 256;
+
 /// How many non-finite samples are located.
 const LOCATED: usize = 16;
 
@@ -82,7 +85,7 @@ impl BlockTree {
     ///
     /// `draw(pixels, samples, out)` must fill `out` with the channels of the first pixel's samples, in their order, then with
     /// those of the next pixel's. It is called for at most [`BATCH`] samples at a time, of as many pixels as that allows.
-    pub fn extend<F>(&self, pixels: usize, to: u64, draw: F) -> Self
+    pub fn extend<F>(mut self, pixels: usize, to: u64, draw: F) -> Self
     where
         F: Fn(Range<u32>, Range<u64>, &mut [f64]) + Sync,
     {
@@ -90,23 +93,26 @@ impl BlockTree {
         let c = self.channels;
         let (old, new) = (node_count(self.samples) * c, node_count(to) * c);
         let together = (BATCH / (to - self.samples).min(BATCH)) as usize;
-        let mut nodes = vec![Moments::default(); pixels * new];
+        // As many nodes as before are replaced where they stand.
+        let (mut nodes, before) =
+            if new == old { (self.nodes, Vec::new()) } else { (vec![Moments::default(); pixels * new], self.nodes) };
         let mut bad: Vec<(u32, u64)> = nodes
             .par_chunks_mut(new * together)
             .enumerate()
             .map_init(
-                || vec![0.0; BATCH as usize * c],
-                |buffer, (group, out)| {
+                || (vec![0.0; BATCH as usize * c], Vec::new()),
+                |(buffer, stacks), (group, out)| {
                     let first = group * together;
                     let pixels = first..first + out.len() / new;
-                    let stack = |pixel: usize| Stack {
-                        channels: c,
-                        pixel: pixel as u32,
-                        samples: self.samples,
-                        nodes: self.nodes[pixel * old..][..old].to_vec(),
-                        bad: Vec::new(),
-                    };
-                    let mut stacks: Vec<Stack> = pixels.clone().map(stack).collect();
+                    stacks.resize_with(pixels.len(), Stack::default);
+                    for (stack, pixel) in stacks.iter_mut().zip(pixels.clone()) {
+                        let nodes = if new == old {
+                            &out[(pixel - first) * old..][..old]
+                        } else {
+                            &before[pixel * old..][..old]
+                        };
+                        stack.restart(pixel as u32, self.samples, nodes);
+                    }
                     let mut start = self.samples;
                     while start < to {
                         let end = ((start / BATCH + 1) * BATCH).min(to);
@@ -114,41 +120,47 @@ impl BlockTree {
                         let values = &mut buffer[..stride * pixels.len()];
                         draw(pixels.start as u32..pixels.end as u32, start..end, values);
                         for (stack, values) in stacks.iter_mut().zip(values.chunks_exact(stride)) {
-                            stack.push(values);
+                            stack.push(values, c);
                         }
                         start = end;
                     }
                     for (stack, out) in stacks.iter().zip(out.chunks_exact_mut(new)) {
                         out.copy_from_slice(&stack.nodes);
                     }
-                    stacks.into_iter().flat_map(|stack| stack.bad)
+                    stacks.iter_mut().flat_map(|stack| std::mem::take(&mut stack.bad)).collect::<Vec<_>>()
                 },
             )
             .flatten_iter()
             .collect();
         bad.sort_unstable_by_key(|&(pixel, sample)| (sample, pixel));
-        let mut located = self.bad.clone();
-        located.extend(bad);
-        located.truncate(LOCATED);
-        Self { channels: c, samples: to, nodes, bad: located }
+        self.bad.extend(bad);
+        self.bad.truncate(LOCATED);
+        Self { channels: c, samples: to, nodes, bad: self.bad }
     }
 
     /// Moments of every value (pixel-major, then channel) over all samples so far.
     pub fn fold(&self) -> Vec<Moments> {
+        self.fold_map(|m| *m)
+    }
+
+    /// What `f` makes of the moments of every value (pixel-major, then channel) over all samples so far.
+    pub fn fold_map<T: Send>(&self, f: impl Fn(&Moments) -> T + Sync) -> Vec<T> {
         let c = self.channels;
         let stride = node_count(self.samples) * c;
         if stride == 0 {
             return Vec::new();
         }
+        let f = &f;
         self.nodes
             .par_chunks(stride)
+            .with_min_len(FOLDED_TOGETHER)
             .flat_map_iter(|nodes| {
                 (0..c).map(move |k| {
-                    let mut all = *nodes[stride - c..].get(k).expect("c channels");
+                    let mut all = nodes[stride - c + k];
                     for node in nodes[..stride - c].chunks(c).rev() {
                         all = node[k].merge(&all);
                     }
-                    all
+                    f(&all)
                 })
             })
             .collect()
@@ -156,8 +168,8 @@ impl BlockTree {
 }
 
 /// One pixel's nodes while samples are added: a binary counter.
+#[derive(Default)]
 struct Stack {
-    channels: usize,
     pixel: u32,
     samples: u64,
     nodes: Vec<Moments>,
@@ -166,50 +178,60 @@ struct Stack {
 }
 
 impl Stack {
-    /// Adds the samples that follow.
-    fn push(&mut self, mut values: &[f64]) {
-        let c = self.channels;
+    fn restart(&mut self, pixel: u32, samples: u64, nodes: &[Moments]) {
+        (self.pixel, self.samples) = (pixel, samples);
+        self.nodes.clear();
+        self.nodes.extend_from_slice(nodes);
+    }
+
+    /// Adds the samples that follow, of `c` channels.
+    fn push(&mut self, mut values: &[f64], c: usize) {
         while !values.is_empty() {
             let room = (BLOCK - self.samples % BLOCK) as usize * c;
             let (leaf, rest) = values.split_at(room.min(values.len()));
-            self.push_leaf(leaf);
+            self.push_leaf(leaf, c);
             values = rest;
         }
     }
 
     /// Adds samples of one block.
-    fn push_leaf(&mut self, values: &[f64]) {
-        let c = self.channels;
+    fn push_leaf(&mut self, values: &[f64], c: usize) {
         if self.samples.is_multiple_of(BLOCK) {
             self.nodes.extend(std::iter::repeat_n(Moments::default(), c));
         }
         let first = self.nodes.len() - c;
-        let leaf = &mut self.nodes[first..];
-        for (i, sample) in values.chunks_exact(c).enumerate() {
-            let index = self.samples + i as u64;
-            let before: u64 = leaf.iter().map(|m| m.non_finite).sum();
-            for (m, &x) in leaf.iter_mut().zip(sample) {
-                m.push(x, index);
-            }
-            if leaf.iter().map(|m| m.non_finite).sum::<u64>() > before && self.bad.len() < LOCATED {
-                self.bad.push((self.pixel, index));
+        let moments = &mut self.nodes[first..];
+        #[cfg(target_arch = "x86_64")]
+        let done = super::leaf::push(moments, values, self.samples);
+        #[cfg(not(target_arch = "x86_64"))]
+        let done = false;
+        if !done {
+            for (i, sample) in values.chunks_exact(c).enumerate() {
+                let index = self.samples + i as u64;
+                let before: u64 = moments.iter().map(|m| m.non_finite).sum();
+                for (m, &x) in moments.iter_mut().zip(sample) {
+                    m.push(x, index);
+                }
+                if moments.iter().map(|m| m.non_finite).sum::<u64>() > before && self.bad.len() < LOCATED {
+                    self.bad.push((self.pixel, index));
+                }
             }
         }
         self.samples += (values.len() / c) as u64;
         if self.samples.is_multiple_of(BLOCK) {
-            self.carry();
+            self.carry(c);
         }
     }
 
     /// A leaf is full: merges equal neighbours, as many as the block count has trailing zeros.
-    fn carry(&mut self) {
-        let c = self.channels;
+    fn carry(&mut self, c: usize) {
         for _ in 0..(self.samples / BLOCK).trailing_zeros() {
-            let later = self.nodes.split_off(self.nodes.len() - c);
-            let first = self.nodes.len() - c;
-            for (earlier, later) in self.nodes[first..].iter_mut().zip(&later) {
+            let last = self.nodes.len() - c;
+            let (earlier, later) = self.nodes.split_at_mut(last);
+            for (earlier, later) in earlier[last - c..].iter_mut().zip(&*later) {
                 *earlier = earlier.merge(later);
             }
+            self.nodes.truncate(last);
         }
     }
 }

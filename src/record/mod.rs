@@ -299,17 +299,17 @@ impl Record {
 
 /// Writes a file so that it is either absent, old or complete, whatever happens in between, loss of power included.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
-    replace(path, bytes, true)
+    replace(path, &[bytes], true)
 }
 
 /// The same without waiting for the disk: loss of power may leave the file damaged. For files that carry a checksum or
 /// can be made again.
-pub fn write_quickly(path: &Path, bytes: &[u8]) -> Result<()> {
-    replace(path, bytes, false)
+pub fn write_quickly(path: &Path, parts: &[&[u8]]) -> Result<()> {
+    replace(path, parts, false)
 }
 
 /// Writes beside the file, then renames.
-fn replace(path: &Path, bytes: &[u8], sync: bool) -> Result<()> {
+fn replace(path: &Path, parts: &[&[u8]], sync: bool) -> Result<()> {
     use std::io::Write;
     let folder = path.parent().unwrap_or(Path::new("."));
     let write = || {
@@ -319,7 +319,9 @@ fn replace(path: &Path, bytes: &[u8], sync: bool) -> Result<()> {
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let mut file = builder.tempfile_in(folder)?;
-        file.write_all(bytes)?;
+        for part in parts {
+            file.write_all(part)?;
+        }
         if sync {
             file.as_file().sync_data()?;
         }

@@ -116,7 +116,15 @@ struct Track<'a> {
     current: Option<Estimate>,
     /// Samples per value of the state on disk, once it was read or written; 0 before.
     stored: u64,
+    /// Seconds of sampling that are in it.
+    stored_seconds: f64,
+    /// The state is kept at this checkpoint and all later ones.
+    last: u64,
 }
+
+/// Seconds of sampling that a killed run may have to do again: a state is written when so many are
+/// not in it, and at the end.
+const SECONDS_AT_STAKE: f64 = 2.0;
 
 struct Runner<'a> {
     plan: &'a Plan<'a>,
@@ -216,6 +224,11 @@ impl<'a> Runner<'a> {
             key: Key::new(seed, role, &strategy.identity(), replicate),
             current: None,
             stored: 0,
+            stored_seconds: 0.0,
+            last: match role {
+                Role::Run => self.plan.checkpoints.last().copied().unwrap_or(0),
+                Role::Reference => 0,
+            },
         }
     }
 
@@ -259,9 +272,10 @@ impl<'a> Runner<'a> {
         self.reuse.computed += 1;
         if track.estimator.progressive() {
             // A state that is further on stays: longer runs continue from it.
-            if n > track.stored {
+            let at_stake = estimate.seconds - track.stored_seconds >= SECONDS_AT_STAKE;
+            if n > track.stored && (at_stake || interrupted || n >= track.last) {
                 folder.save_state(&estimate, shape.pixels(), shape.channels)?;
-                track.stored = n;
+                (track.stored, track.stored_seconds) = (n, estimate.seconds);
             }
             track.current = Some(estimate);
         } else if track.stored > 0 {
@@ -289,12 +303,12 @@ impl<'a> Runner<'a> {
         let shape = track.estimator.shape();
         match folder.load_state(shape.pixels(), shape.channels) {
             Ok(state) => {
-                track.stored = state.as_ref().map_or(0, |e| e.abscissa);
+                (track.stored, track.stored_seconds) = state.as_ref().map_or((0, 0.0), |e| (e.abscissa, e.seconds));
                 Ok(state.filter(|e| e.abscissa <= n).or(current))
             }
             Err(e @ Error::Damaged { .. }) => {
                 self.warn_damaged(&e);
-                track.stored = 0;
+                (track.stored, track.stored_seconds) = (0, 0.0);
                 Ok(current)
             }
             Err(e) => Err(e),

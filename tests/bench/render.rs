@@ -1,9 +1,9 @@
 //! Samples per second of the path tracer on the Cornell box, what moments and checkpoints cost beside it, peak memory.
-//! `cargo bench --bench render`. CPU seconds of all threads (Linux; else wall seconds), medians of interleaved rounds, since
-//! the machine may be busy.
+//! `cargo bench --bench render`. CPU seconds of all threads, medians of interleaved rounds, since the machine may be busy.
 
 use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
 use rootn::estimator::{Cell, Estimate, Estimator, estimate_by_batches};
+use rootn::moments::BATCH;
 use rootn::moments::cell::{CellFolder, Checkpoint};
 use rootn::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy};
 use rootn::sampling::{Key, Role};
@@ -13,13 +13,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 const SPP: u64 = 256;
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 9;
 
-/// User CPU seconds of this process so far.
-fn cpu_seconds(start: Instant) -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let ticks = stat.rsplit(')').next().and_then(|s| s.split_whitespace().nth(11)?.parse::<f64>().ok());
-    ticks.map_or_else(|| start.elapsed().as_secs_f64(), |t| t / 100.0)
+/// CPU seconds of all threads of this process so far.
+fn cpu_seconds() -> f64 {
+    let t = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    t.tv_sec as f64 + t.tv_nsec as f64 * 1e-9
 }
 
 fn peak_memory() -> String {
@@ -34,13 +33,14 @@ fn median(mut x: Vec<f64>) -> f64 {
 }
 
 /// CPU and wall seconds.
-fn timed(start: Instant, work: impl FnOnce()) -> [f64; 2] {
-    let (cpu, wall) = (cpu_seconds(start), Instant::now());
+fn timed(work: impl FnOnce()) -> [f64; 2] {
+    let (cpu, wall) = (cpu_seconds(), Instant::now());
     work();
-    [cpu_seconds(start) - cpu, wall.elapsed().as_secs_f64()]
+    [cpu_seconds() - cpu, wall.elapsed().as_secs_f64()]
 }
 
-/// Estimates and keeps every power of two, and the state from which the run goes on.
+/// Estimates and keeps every power of two, and at the end the state from which the run goes on: what a run does that takes
+/// less than two seconds.
 fn with_checkpoints(estimator: &CpuEstimator, cell: &Cell, folder: &Path) {
     let (shape, folder) = (estimator.shape(), CellFolder::new(folder, estimator.identity()));
     folder.remove().unwrap();
@@ -48,9 +48,9 @@ fn with_checkpoints(estimator: &CpuEstimator, cell: &Cell, folder: &Path) {
     for n in (0..=SPP.trailing_zeros()).map(|k| 1 << k) {
         let next = estimator.estimate(cell, n, estimate.take()).unwrap();
         folder.save_checkpoint(n, &Checkpoint::of(&next)).unwrap();
-        folder.save_state(&next, shape.pixels(), shape.channels).unwrap();
         estimate = Some(next);
     }
+    folder.save_state(&estimate.unwrap(), shape.pixels(), shape.channels).unwrap();
 }
 
 fn report(name: &str, path: &Path, folder: &Path) {
@@ -62,23 +62,20 @@ fn report(name: &str, path: &Path, folder: &Path) {
     let estimator = CpuEstimator::new(prepared, strategy);
     let shape = estimator.shape();
     let cell = Cell { key: Key::new(1, Role::Run, "bench", 0), length: SPP };
-    let start = Instant::now();
     let mut seconds = [const { Vec::new() }; 3];
     let mut wall = Vec::new();
+    let free: Vec<f64> = (0..BATCH * 3).map(|i| (i * 37 % 101) as f64).collect();
     for _ in 0..ROUNDS {
-        let [cpu, elapsed] = timed(start, || drop(black_box(estimator.estimate(&cell, SPP, None))));
+        let [cpu, elapsed] = timed(|| drop(black_box(estimator.estimate(&cell, SPP, None))));
         seconds[0].push(cpu);
         wall.push(elapsed);
-        // The same bookkeeping for samples that cost nothing, ten times, for the clock is coarse.
-        let fill = |pixels: std::ops::Range<u32>, samples: std::ops::Range<u64>, out: &mut [f64]| {
-            out.iter_mut()
-                .enumerate()
-                .for_each(|(i, x)| *x = ((samples.start ^ u64::from(pixels.start)) + i as u64) as f64);
+        // The same bookkeeping for samples that cost nothing, ten times, to be seen at all.
+        let fill = |_: std::ops::Range<u32>, _: std::ops::Range<u64>, out: &mut [f64]| {
+            out.copy_from_slice(&free[..out.len()]);
         };
-        let [cpu, _] =
-            timed(start, || (0..10).for_each(|_| drop(black_box(estimate_by_batches(shape, SPP, None, fill)))));
+        let [cpu, _] = timed(|| (0..10).for_each(|_| drop(black_box(estimate_by_batches(shape, SPP, None, fill)))));
         seconds[1].push(cpu / 10.0);
-        seconds[2].push(timed(start, || with_checkpoints(&estimator, &cell, folder))[0]);
+        seconds[2].push(timed(|| with_checkpoints(&estimator, &cell, folder))[0]);
     }
     let [whole, moments, checkpoints] = seconds.map(median);
     let samples = SPP as f64 * shape.pixels() as f64 / 1e6;

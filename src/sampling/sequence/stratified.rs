@@ -23,7 +23,7 @@ fn cell<const POWER: bool>(cell: u32, length: u32, jitter: [u32; 2]) -> [u32; 2]
     } else {
         let (n, r) = (u64::from(length), u64::from(rows));
         let row = u64::from(cell) * r / n;
-        (((row * n + r - 1) / r) as u32, (((row + 1) * n + r - 1) / r) as u32)
+        ((row * n).div_ceil(r) as u32, ((row + 1) * n).div_ceil(r) as u32)
     };
     // As many columns in every row of a power of two.
     let columns = if POWER { length >> rows.trailing_zeros() } else { end - start };
