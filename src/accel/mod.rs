@@ -45,7 +45,7 @@ impl Ray {
     }
 }
 
-/// Eight rays side by side.
+/// Rays side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays {
     /// See [`Ray::origin`].
@@ -93,7 +93,7 @@ impl Rays {
     }
 }
 
-/// The nearest intersections of eight rays: see [`Hit`].
+/// The nearest intersections of a packet of rays: see [`Hit`].
 #[derive(Clone, Copy, Debug)]
 pub struct Hits {
     /// Distances.

@@ -33,7 +33,7 @@ impl Heuristic {
         }
     }
 
-    /// [`Self::weight`] for eight lanes.
+    /// [`Self::weight`] for lanes.
     #[inline(always)]
     pub fn weights(self, p: &[f32; LANES], q: &[f32; LANES]) -> [f32; LANES] {
         // One loop for each heuristic, so that each can become vector code.

@@ -1,4 +1,4 @@
-//! Light samples for eight points at once.
+//! Light samples for a packet of points at once.
 
 use super::area::{Emitter, Patch};
 use super::choice::{Entry, Kind};
@@ -10,7 +10,7 @@ use crate::math::{LANES, Vec3Lanes};
 use crate::sampling::rng::unit_f32;
 use crate::scene::Scene;
 
-/// Eight light samples: see [`LightSample`].
+/// Light samples of a packet: see [`LightSample`].
 #[derive(Clone, Copy, Debug)]
 pub struct LightSamples {
     /// Bit i: lane i holds a sample.
@@ -87,7 +87,7 @@ impl LightSamples {
     }
 }
 
-/// The parallelograms that eight points look at.
+/// The parallelograms that the points of a packet look at.
 struct Patches {
     corner: Vec3Lanes,
     u: Vec3Lanes,
