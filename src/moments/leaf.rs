@@ -6,12 +6,16 @@ use std::arch::x86_64::*;
 /// Channels side by side.
 const WIDTH: usize = 4;
 
+/// Samples from which on it is quicker than one push after the other.
+const WORTH_IT: u64 = 8;
+
 /// Pushes samples (`leaf.len()` channels each), the first being number `first`, with the bits of [`Moments::push`]. Returns
-/// false and does nothing where a sample does not count, where channels are more than four or differ in what they have taken,
-/// and where the processor lacks AVX2.
+/// false and does nothing where a sample does not count, where samples are too few to be worth it, where channels are more than
+/// four or differ in what they have taken, and where the processor lacks AVX2.
 pub(super) fn push(leaf: &mut [Moments], values: &[f64], first: u64) -> bool {
     let n = leaf[0].n;
-    let fits = leaf.len() <= WIDTH && n + (values.len() / leaf.len()) as u64 <= BLOCK;
+    let samples = (values.len() / leaf.len()) as u64;
+    let fits = leaf.len() <= WIDTH && samples >= WORTH_IT && n + samples <= BLOCK;
     // SAFETY: AVX2 was detected.
     fits && leaf.iter().all(|m| m.n == n)
         && is_x86_feature_detected!("avx2")

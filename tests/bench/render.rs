@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 const SPP: u64 = 256;
-const ROUNDS: usize = 9;
+const ROUNDS: usize = 21;
 
 /// CPU seconds of all threads of this process so far.
 fn cpu_seconds() -> f64 {
