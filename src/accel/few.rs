@@ -94,14 +94,14 @@ impl<S: Simd<LANES>> PacketRays<S> {
     }
 }
 
-/// Crossed triangles: index and lanes. Room for what is written beyond the end, too.
+/// Crossed triangles: index and lanes. One entry more than triangles is written, beyond the end.
 struct List {
-    entries: [MaybeUninit<(u8, u16)>; 2 * FEW],
+    entries: [MaybeUninit<(u8, u16)>; FEW + 1],
     len: usize,
 }
 
 impl List {
-    const EMPTY: Self = Self { entries: [MaybeUninit::uninit(); 2 * FEW], len: 0 };
+    const EMPTY: Self = Self { entries: [MaybeUninit::uninit(); FEW + 1], len: 0 };
 
     /// Written in any case, counted where something is crossed: no branch.
     #[inline(always)]

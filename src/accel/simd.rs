@@ -356,8 +356,8 @@ mod x86 {
     /// Halves of sixteen values.
     #[inline(always)]
     fn halves<T>(x: &[T; 16]) -> (&[T; 8], &[T; 8]) {
-        // SAFETY: the two halves of the array, which lives as long as the references.
-        unsafe { (&*x.as_ptr().cast(), &*x.as_ptr().add(8).cast()) }
+        let (halves, _) = x.as_chunks::<8>();
+        (&halves[0], &halves[1])
     }
 
     /// Two registers.

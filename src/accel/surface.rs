@@ -195,6 +195,7 @@ impl SurfaceLanes {
         live: u32,
     ) {
         let mut curved = live;
+        self.lights = 0;
         if let Some(any) = surfaces.first() {
             let mut rows: [&[f32; 16]; LANES] = [bytemuck::cast_ref(any); LANES];
             for lane in 0..LANES {

@@ -6,12 +6,6 @@ use super::Vec3;
 /// Values side by side.
 pub const LANES: usize = 16;
 
-/// All lanes, for loops.
-#[inline(always)]
-pub fn lanes() -> std::ops::Range<usize> {
-    0..std::hint::black_box(LANES).min(LANES)
-}
-
 /// One vector per lane.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]

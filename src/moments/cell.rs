@@ -45,6 +45,36 @@ impl Checkpoint {
     }
 }
 
+/// When a run's state is worth writing again: sampling that is not in it has taken a hundred times as long as writing took.
+/// That bounds both what keeping states costs and, up to the next checkpoint, what a killed run does again.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Saving {
+    /// Seconds of sampling in the state on disk.
+    kept: f64,
+    /// Seconds that the last writing took.
+    cost: f64,
+}
+
+impl Saving {
+    /// For a state read from disk, with `kept` seconds of sampling in it.
+    pub fn from_disk(kept: f64) -> Self {
+        Self { kept, cost: 0.0 }
+    }
+
+    /// Whether a state with `seconds` of sampling in it is worth writing; the first always is.
+    pub fn is_worth_it(&self, seconds: f64) -> bool {
+        seconds - self.kept >= 100.0 * self.cost
+    }
+
+    /// Writes, and remembers what it cost.
+    pub fn write(&mut self, folder: &CellFolder, estimate: &Estimate, pixels: usize, channels: usize) -> Result<()> {
+        let start = std::time::Instant::now();
+        folder.save_state(estimate, pixels, channels)?;
+        *self = Self { kept: estimate.seconds, cost: start.elapsed().as_secs_f64() };
+        Ok(())
+    }
+}
+
 #[derive(Serialize, Deserialize)]
 struct Header {
     identity: String,
@@ -212,6 +242,7 @@ fn write(path: &Path, header: &Header, payload: &[&[u8]]) -> Result<()> {
     crate::record::write_quickly(path, &parts)
 }
 
+/// Header and payload of a file whose checksum holds; `None` if the file does not exist.
 fn read(path: &Path) -> Result<Option<(Header, Vec<u8>)>> {
     let length = match std::fs::metadata(path) {
         Ok(m) => m.len(),

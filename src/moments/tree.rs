@@ -92,7 +92,10 @@ impl BlockTree {
         assert!(to > self.samples, "a tree only grows");
         let c = self.channels;
         let (old, new) = (node_count(self.samples) * c, node_count(to) * c);
-        let together = (BATCH / (to - self.samples).min(BATCH)) as usize;
+        assert_eq!(self.nodes.len(), pixels * old, "as many pixels as before");
+        // Few pixels are spread over the threads rather than drawn together.
+        let spread = pixels.div_ceil(4 * rayon::current_num_threads()).max(1);
+        let together = ((BATCH / (to - self.samples).min(BATCH)) as usize).min(spread);
         // As many nodes as before are replaced where they stand.
         let (mut nodes, before) =
             if new == old { (self.nodes, Vec::new()) } else { (vec![Moments::default(); pixels * new], self.nodes) };

@@ -12,7 +12,7 @@ pub use sample::{interrupt, progress_bar, sample};
 use crate::analysis::scene::{Analysed, Reference, Settings, Subject, analyse, compare_with_first};
 use crate::error::{Error, Result};
 use crate::estimator::{Cell, Estimate, Estimator};
-use crate::moments::cell::{CellFolder, Checkpoint};
+use crate::moments::cell::{CellFolder, Checkpoint, Saving};
 use crate::record::{FORMAT, Provenance, Record, SceneResult, StrategyResult};
 use crate::sampling::{Key, Role, Strategy};
 use crate::stats::Metric;
@@ -116,15 +116,10 @@ struct Track<'a> {
     current: Option<Estimate>,
     /// Samples per value of the state on disk, once it was read or written; 0 before.
     stored: u64,
-    /// Seconds of sampling that are in it.
-    stored_seconds: f64,
+    saving: Saving,
     /// The state is kept at this checkpoint and all later ones.
     last: u64,
 }
-
-/// Seconds of sampling that a killed run may have to do again: a state is written when so many are
-/// not in it, and at the end.
-const SECONDS_AT_STAKE: f64 = 2.0;
 
 struct Runner<'a> {
     plan: &'a Plan<'a>,
@@ -189,10 +184,24 @@ impl<'a> Runner<'a> {
             let mut tracks: Vec<Track<'_>> =
                 scene.contenders.iter().map(|c| self.track(&*c.estimator, &c.strategy, Role::Run, replicate)).collect();
             for &n in &self.plan.checkpoints {
-                for (track, contender) in tracks.iter_mut().zip(&scene.contenders) {
+                for (i, contender) in scene.contenders.iter().enumerate() {
                     self.bar.set_message(format!("{} · {}", scene.name, contender.name));
-                    self.advance(track, n)?;
+                    if let Err(e) = self.advance(&mut tracks[i], n) {
+                        self.keep_states(&tracks)?;
+                        return Err(e);
+                    }
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// The states of all tracks that are further on than what is on disk.
+    fn keep_states(&self, tracks: &[Track<'_>]) -> Result<()> {
+        for track in tracks {
+            if let Some(estimate) = track.current.as_ref().filter(|e| e.abscissa > track.stored) {
+                let shape = track.estimator.shape();
+                self.folder(track, estimate.abscissa).save_state(estimate, shape.pixels(), shape.channels)?;
             }
         }
         Ok(())
@@ -224,7 +233,7 @@ impl<'a> Runner<'a> {
             key: Key::new(seed, role, &strategy.identity(), replicate),
             current: None,
             stored: 0,
-            stored_seconds: 0.0,
+            saving: Saving::default(),
             last: match role {
                 Role::Run => self.plan.checkpoints.last().copied().unwrap_or(0),
                 Role::Reference => 0,
@@ -261,6 +270,9 @@ impl<'a> Runner<'a> {
             Ok(None) => {}
         }
         let current = self.resume(track, &folder, n)?;
+        // What a killed run left no state of is sampled again.
+        let again = before.saturating_sub(current.as_ref().map_or(0, |e| e.abscissa));
+        self.bar.inc_length(again.saturating_mul(shape.pixels() as u64));
         let cell = Cell { key: track.key, length: n };
         let (estimate, interrupted) = sample(track.estimator, &cell, n, current, &self.bar)?;
         if interrupted && estimate.abscissa < n {
@@ -272,10 +284,9 @@ impl<'a> Runner<'a> {
         self.reuse.computed += 1;
         if track.estimator.progressive() {
             // A state that is further on stays: longer runs continue from it.
-            let at_stake = estimate.seconds - track.stored_seconds >= SECONDS_AT_STAKE;
-            if n > track.stored && (at_stake || interrupted || n >= track.last) {
-                folder.save_state(&estimate, shape.pixels(), shape.channels)?;
-                (track.stored, track.stored_seconds) = (n, estimate.seconds);
+            if n > track.stored && (n >= track.last || track.saving.is_worth_it(estimate.seconds)) {
+                track.saving.write(&folder, &estimate, shape.pixels(), shape.channels)?;
+                track.stored = n;
             }
             track.current = Some(estimate);
         } else if track.stored > 0 {
@@ -303,12 +314,13 @@ impl<'a> Runner<'a> {
         let shape = track.estimator.shape();
         match folder.load_state(shape.pixels(), shape.channels) {
             Ok(state) => {
-                (track.stored, track.stored_seconds) = state.as_ref().map_or((0, 0.0), |e| (e.abscissa, e.seconds));
+                track.stored = state.as_ref().map_or(0, |e| e.abscissa);
+                track.saving = Saving::from_disk(state.as_ref().map_or(0.0, |e| e.seconds));
                 Ok(state.filter(|e| e.abscissa <= n).or(current))
             }
             Err(e @ Error::Damaged { .. }) => {
                 self.warn_damaged(&e);
-                (track.stored, track.stored_seconds) = (0, 0.0);
+                (track.stored, track.saving) = (0, Saving::default());
                 Ok(current)
             }
             Err(e) => Err(e),

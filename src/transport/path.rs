@@ -84,7 +84,7 @@ impl<'a> PathTracer<'a> {
     /// [`super::WAVE`] in all. They advance together, edge by edge, but no sample depends on the others.
     ///
     /// # Panics
-    /// Where `radiance` is shorter than that.
+    /// Where there are more, and where `radiance` is shorter.
     #[inline(always)]
     pub fn wave<V: Registers, S: Sink>(
         &self,

@@ -92,6 +92,12 @@ impl Wave {
                 i += 1;
             }
         }
+        // Spare lanes repeat the last identity: seeds that a packet shares stay shared.
+        while i % LANES != 0 {
+            let (paths, lane) = (&mut packets[i / LANES], i % LANES);
+            (paths.pixel[lane], paths.sample[lane]) = (paths.pixel[lane - 1], paths.sample[lane - 1]);
+            i += 1;
+        }
         Self { packets, len }
     }
 

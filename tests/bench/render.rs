@@ -4,7 +4,7 @@
 use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
 use rootn::estimator::{Cell, Estimate, Estimator, estimate_by_batches};
 use rootn::moments::BATCH;
-use rootn::moments::cell::{CellFolder, Checkpoint};
+use rootn::moments::cell::{CellFolder, Checkpoint, Saving};
 use rootn::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy};
 use rootn::sampling::{Key, Role};
 use std::hint::black_box;
@@ -39,18 +39,19 @@ fn timed(work: impl FnOnce()) -> [f64; 2] {
     [cpu_seconds() - cpu, wall.elapsed().as_secs_f64()]
 }
 
-/// Estimates and keeps every power of two, and at the end the state from which the run goes on: what a run does that takes
-/// less than two seconds.
+/// Estimates and keeps every power of two, and the states from which the run goes on, as a run does.
 fn with_checkpoints(estimator: &CpuEstimator, cell: &Cell, folder: &Path) {
     let (shape, folder) = (estimator.shape(), CellFolder::new(folder, estimator.identity()));
     folder.remove().unwrap();
-    let mut estimate: Option<Estimate> = None;
+    let (mut estimate, mut saving): (Option<Estimate>, _) = (None, Saving::default());
     for n in (0..=SPP.trailing_zeros()).map(|k| 1 << k) {
         let next = estimator.estimate(cell, n, estimate.take()).unwrap();
         folder.save_checkpoint(n, &Checkpoint::of(&next)).unwrap();
+        if n == SPP || saving.is_worth_it(next.seconds) {
+            saving.write(&folder, &next, shape.pixels(), shape.channels).unwrap();
+        }
         estimate = Some(next);
     }
-    folder.save_state(&estimate.unwrap(), shape.pixels(), shape.channels).unwrap();
 }
 
 fn report(name: &str, path: &Path, folder: &Path) {

@@ -208,6 +208,12 @@ fn rootn(path: &Path, out: &Path) -> Command {
 /// Samples per pixel of a run that lasts about two seconds.
 const LONG: u64 = 2000;
 
+/// Whether a cell has a state, but not yet its last checkpoint.
+fn unfinished_state(out: &Path, last: u64) -> bool {
+    let Ok(cells) = std::fs::read_dir(out.join("cells")) else { return false };
+    cells.map(|c| c.unwrap().path()).any(|c| c.join("state.cell").exists() && !c.join(format!("{last}.cell")).exists())
+}
+
 #[test]
 fn killed_runs_continue_to_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
@@ -215,15 +221,17 @@ fn killed_runs_continue_to_the_same_bits() {
     let (undisturbed, disturbed) = (folder.path().join("a"), folder.path().join("b"));
     assert!(rootn(&path, &undisturbed).status().unwrap().success());
     let mut random = Random::new("killed runs");
-    let mut killed = 0;
+    let (mut killed, mut continued) = (0, 0);
     for _ in 0..10 {
         let mut child = rootn(&path, &disturbed).spawn().unwrap();
         std::thread::sleep(Duration::from_millis(5 + random.below(150)));
         killed += usize::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();
+        continued += usize::from(unfinished_state(&disturbed, LONG));
     }
     assert!(killed >= 3, "only {killed} runs were still running when killed");
+    assert!(continued >= 3, "only {continued} runs went on from a state");
     assert!(rootn(&path, &disturbed).status().unwrap().success());
     assert!(left(&undisturbed, "small") == left(&disturbed, "small"));
 }

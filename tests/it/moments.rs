@@ -209,3 +209,22 @@ fn parts_that_do_not_fit_are_no_tree() {
         assert!(build(3, 2, 200, nodes).is_none());
     }
 }
+
+/// A sample that does not count in one channel leaves the others as if each were alone.
+#[test]
+fn channels_do_not_disturb_one_another() {
+    let value = |i: u64, c: usize| if c == 1 && i % 70 == 9 { f64::NAN } else { sample(3, i, c) };
+    for channels in [2, 3, 4, 5] {
+        let together = BlockTree::new(channels).extend(1, 300, |_, samples, out| {
+            for (i, out) in samples.zip(out.chunks_exact_mut(channels)) {
+                out.iter_mut().enumerate().for_each(|(c, x)| *x = value(i, c));
+            }
+        });
+        for (c, m) in together.fold().iter().enumerate() {
+            let alone = BlockTree::new(1).extend(1, 300, |_, samples, out| {
+                samples.zip(out).for_each(|(i, x)| *x = value(i, c));
+            });
+            assert_eq!((m.non_finite, *m), (if c == 1 { 5 } else { 0 }, alone.fold()[0]));
+        }
+    }
+}

@@ -3,6 +3,7 @@
 use crate::chi2::pearson;
 use crate::support::{level, seed};
 use proptest::prelude::*;
+use rootn::math::LANES;
 use rootn::sampling::dimension::{Decision, group};
 use rootn::sampling::discrete::Discrete;
 use rootn::sampling::rng::{philox4x32, unit_f32, unit_f64};
@@ -348,6 +349,26 @@ fn weights_survive_extremes() {
             (f32::MAX, 1e-45, 1.0),
         ] {
             assert_eq!(h.weight(p, q), w, "{h:?} at {p:e}, {q:e}");
+        }
+    }
+}
+
+/// What a packet of samples gets is what each sample gets on its own: any length, pixels mixed, beyond the announced end.
+#[test]
+fn words_of_lanes_are_those_of_their_samples() {
+    let sequences = [Sequence::Independent, Sequence::Stratified, Sequence::LatinHypercube, Sequence::Sobol];
+    for (sequence, length) in sequences.into_iter().flat_map(|s| [0, 1, 100, 128, 1 << 31, 1 << 32].map(|n| (s, n))) {
+        for (stride, mixed) in [(1, 0), (1, 1), ((1 << 31) - 1, 0), (37, 1)] {
+            let draw = Draw { key: Key([1, 2]), pixel: 9, sample: 0, length, sequence };
+            let pixels: [u32; LANES] = std::array::from_fn(|lane| 5 + mixed * (lane as u32 / 3));
+            let samples: [u64; LANES] = std::array::from_fn(|lane| 90 + stride * lane as u64);
+            for group in [2, 3] {
+                let words = draw.words_lanes(&pixels, &samples, group);
+                for lane in 0..LANES {
+                    let alone = Draw { pixel: pixels[lane], sample: samples[lane], ..draw }.words(group);
+                    assert_eq!(words.map(|w| w[lane]), alone, "{sequence:?}, length {length}, lane {lane}");
+                }
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::support::shared;
 use rootn::accel::brute::Brute;
 use rootn::accel::bvh::Bvh;
 use rootn::accel::simd::{Portable, Registers};
-use rootn::accel::{Intersect, NO_PRIMITIVE, Ray, Rays};
+use rootn::accel::{Intersect, NO_PRIMITIVE, Ray, Rays, SurfaceLanes};
 use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
 use rootn::estimator::{Cell, Estimator, estimate_by_samples};
 use rootn::math::{LANES, Vec3};
@@ -130,6 +130,49 @@ fn scenes() -> Vec<PathBuf> {
         scenes.extend(["lights.xml", "dragon.xml", "overcast.xml", "baffle.xml"].map(|f| own.join(f)));
     }
     scenes
+}
+
+/// Surfaces of a packet are those of its rays, one by one: triangles, smooth meshes, quadrics.
+fn surfaces_equal_those_of_rays(registers: impl Registers) {
+    let r = &mut Random(2);
+    for path in scenes() {
+        let scene = rootn::scene::format::load(&path, &[], Some([7, 5])).unwrap();
+        let bvh = Bvh::new(&scene).unwrap();
+        let mut seen = 0;
+        for _ in 0..100 {
+            let mut rays = Rays::ZERO;
+            for lane in 0..LANES {
+                let (s, t) = (r.unit(), r.unit());
+                let camera = &scene.camera;
+                rays.set(
+                    lane,
+                    Ray::new(camera.origin, camera.corner + camera.across * s + camera.down * t, f32::INFINITY),
+                );
+            }
+            let hits = bvh.closest_lanes(registers, &rays, (1 << LANES) - 1);
+            let mut at = SurfaceLanes::NONE;
+            bvh.surface_points(registers, &scene, &rays, &hits, hits.lanes(), &mut at);
+            for lane in 0..LANES {
+                let Some(hit) = hits.get(lane) else { continue };
+                let alone = scene.surface_point(&rays.get(lane), &hit);
+                assert_eq!(format!("{:?}", at.get(lane)), format!("{alone:?}"), "{}", path.display());
+                let shape = &scene.shapes[alone.shape as usize];
+                assert_eq!((at.front[lane], at.back[lane]), (shape.front, shape.back));
+                assert_eq!(at.lights >> lane & 1 == 1, shape.light.is_some());
+                seen += 1;
+            }
+        }
+        assert!(seen > 100, "{}: {seen} hits", path.display());
+    }
+}
+
+#[test]
+fn surfaces_of_packets_are_those_of_rays() {
+    surfaces_equal_those_of_rays(Portable);
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx512) = rootn::accel::simd::Avx512::detect() {
+        surfaces_equal_those_of_rays(avx512);
+    }
 }
 
 /// What batches of samples leave (of several pixels, with the processor's widest instructions), what the same samples leave one by

@@ -139,7 +139,8 @@ impl LightSampler {
                 (LightTarget::Point(at), (at.p - p).try_normalize()?, emitted, 1.0, true)
             }
         };
-        Some(LightSample { to, wi, emitted, pdf: pdf * choice_pdf, delta, light, choice_pdf })
+        let pdf = pdf * choice_pdf;
+        (pdf > 0.0).then_some(LightSample { to, wi, emitted, pdf, delta, light, choice_pdf })
     }
 
     /// Density over solid angle, the choice included, with which [`Self::sample`] draws the unit direction `wi` from `p` to the

@@ -149,6 +149,9 @@ impl LightSampler {
         live: u32,
         samples: &mut LightSamples,
     ) {
+        if self.entries.is_empty() {
+            return;
+        }
         if self.patches_alone {
             return self.sample_patches(p, words, live, samples);
         }
@@ -185,13 +188,13 @@ impl LightSampler {
         for lane in 0..LANES {
             let u = [unit_f32(words[0][lane]), unit_f32(words[1][lane])];
             let (at, wi, density) = patches.get(lane).sample(p.get(lane), u);
-            hidden[lane] = u32::from(density.0 == 0.0);
             samples.p.set(lane, at.p);
             samples.p_error.set(lane, at.p_error);
             samples.ng.set(lane, at.ng);
             samples.triangle[lane] = at.triangle;
             samples.wi.set(lane, wi);
             samples.pdf[lane] = (density * Pmf(choice_pdf[lane])).0;
+            hidden[lane] = u32::from(samples.pdf[lane] == 0.0);
         }
         samples.lanes = live & !bits(&hidden);
     }
