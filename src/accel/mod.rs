@@ -11,7 +11,7 @@ pub mod surface;
 mod tree;
 mod triangle;
 
-pub use surface::{Endpoint, SurfaceLanes, leave, segment};
+pub use surface::{Endpoint, EndpointLanes, SurfaceLanes, leave, segment};
 
 use crate::math::lanes::bits;
 use crate::math::{LANES, Vec3, Vec3Lanes};

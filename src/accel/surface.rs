@@ -15,7 +15,7 @@ pub struct Endpoint {
     pub p: Vec3,
     /// Bound on the absolute error of `p`, per axis.
     pub p_error: Vec3,
-    /// Unit normal of the surface, either side; zero where there is no surface.
+    /// Unit normal of the surface, either side (of a light: the emitting one); zero where there is no surface.
     pub ng: Vec3,
     /// Triangle that it lies on, or [`NO_PRIMITIVE`].
     pub triangle: u32,
@@ -26,6 +26,47 @@ impl Endpoint {
     #[inline(always)]
     pub fn free(p: Vec3) -> Self {
         Self { p, p_error: Vec3::ZERO, ng: Vec3::ZERO, triangle: NO_PRIMITIVE }
+    }
+}
+
+/// [`Endpoint`] for lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct EndpointLanes {
+    /// See [`Endpoint::p`].
+    pub p: Vec3Lanes,
+    /// See [`Endpoint::p_error`].
+    pub p_error: Vec3Lanes,
+    /// See [`Endpoint::ng`].
+    pub ng: Vec3Lanes,
+    /// See [`Endpoint::triangle`].
+    pub triangle: [u32; LANES],
+}
+
+impl EndpointLanes {
+    /// Points at the origin, on no surface.
+    pub const ZERO: Self = {
+        let zero = Vec3Lanes::ZERO;
+        Self { p: zero, p_error: zero, ng: zero, triangle: [0; LANES] }
+    };
+
+    /// The end of a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Endpoint {
+        Endpoint {
+            p: self.p.get(lane),
+            p_error: self.p_error.get(lane),
+            ng: self.ng.get(lane),
+            triangle: self.triangle[lane],
+        }
+    }
+
+    /// Replaces the end of a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, end: Endpoint) {
+        self.p.set(lane, end.p);
+        self.p_error.set(lane, end.p_error);
+        self.ng.set(lane, end.ng);
+        self.triangle[lane] = end.triangle;
     }
 }
 
@@ -122,18 +163,12 @@ fn on_plane(p0: Vec3, e1: Vec3, e2: Vec3, u: f32, v: f32) -> (Vec3, Vec3) {
 
 /// Where the rays of a packet hit: [`SurfacePoint`] for lanes, and what of the shapes every path asks for.
 pub struct SurfaceLanes {
-    /// See [`SurfacePoint::p`].
-    pub p: Vec3Lanes,
-    /// See [`SurfacePoint::p_error`].
-    pub p_error: Vec3Lanes,
-    /// See [`SurfacePoint::ng`].
-    pub ng: Vec3Lanes,
+    /// Position, its error, geometric normal and triangle: where rays that leave start.
+    pub end: EndpointLanes,
     /// See [`SurfacePoint::ns`].
     pub ns: Vec3Lanes,
     /// See [`SurfacePoint::shape`].
     pub shape: [u32; LANES],
-    /// See [`SurfacePoint::triangle`].
-    pub triangle: [u32; LANES],
     /// The shapes' materials on the front side.
     pub front: [u32; LANES],
     /// The shapes' materials on the back side.
@@ -145,42 +180,15 @@ pub struct SurfaceLanes {
 impl SurfaceLanes {
     /// No surfaces.
     pub const NONE: Self = {
-        let (zero, none) = (Vec3Lanes::ZERO, [0; LANES]);
-        Self {
-            p: zero,
-            p_error: zero,
-            ng: zero,
-            ns: zero,
-            shape: none,
-            triangle: none,
-            front: none,
-            back: none,
-            lights: 0,
-        }
+        let none = [0; LANES];
+        Self { end: EndpointLanes::ZERO, ns: Vec3Lanes::ZERO, shape: none, front: none, back: none, lights: 0 }
     };
 
     /// The point of a lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> SurfacePoint {
-        SurfacePoint {
-            p: self.p.get(lane),
-            p_error: self.p_error.get(lane),
-            ng: self.ng.get(lane),
-            ns: self.ns.get(lane),
-            shape: self.shape[lane],
-            triangle: self.triangle[lane],
-        }
-    }
-
-    /// Where a ray that leaves the point of a lane starts.
-    #[inline(always)]
-    pub fn endpoint(&self, lane: usize) -> Endpoint {
-        Endpoint {
-            p: self.p.get(lane),
-            p_error: self.p_error.get(lane),
-            ng: self.ng.get(lane),
-            triangle: self.triangle[lane],
-        }
+        let Endpoint { p, p_error, ng, triangle } = self.end.get(lane);
+        SurfacePoint { p, p_error, ng, ns: self.ns.get(lane), shape: self.shape[lane], triangle }
     }
 
     /// The points of `live` lanes' hits; the others may hold anything.
@@ -207,13 +215,13 @@ impl SurfaceLanes {
             let columns = registers.columns(&rows);
             let vectors = |first: usize| Vec3Lanes { x: columns[first], y: columns[first + 1], z: columns[first + 2] };
             let (p0, e1, e2) = (vectors(0), vectors(3), vectors(6));
-            (self.ng, self.ns) = (vectors(9), vectors(9));
+            (self.end.ng, self.ns) = (vectors(9), vectors(9));
             (self.shape, self.front, self.back) = (words(&columns[12]), words(&columns[13]), words(&columns[14]));
-            self.triangle = hits.primitive;
+            self.end.triangle = hits.primitive;
             for lane in 0..LANES {
                 let (p, p_error) = on_plane(p0.get(lane), e1.get(lane), e2.get(lane), hits.u[lane], hits.v[lane]);
-                self.p.set(lane, p);
-                self.p_error.set(lane, p_error);
+                self.end.p.set(lane, p);
+                self.end.p_error.set(lane, p_error);
             }
             let flags = words(&columns[15]);
             let (mut smooth, mut light) = ([0; LANES], [0; LANES]);
@@ -224,7 +232,7 @@ impl SurfaceLanes {
             self.lights = live & !curved & bits(&light);
             for lane in set_bits(live & !curved & bits(&smooth)) {
                 if let Some(hit) = hits.get(lane) {
-                    self.ns.set(lane, interpolated_normal(scene, &hit, self.ng.get(lane)));
+                    self.ns.set(lane, interpolated_normal(scene, &hit, self.end.ng.get(lane)));
                 }
             }
         }
@@ -233,11 +241,9 @@ impl SurfaceLanes {
                 let index = hit.primitive - surfaces.len() as u32;
                 let at = scene.quadric_point(&rays.get(lane), &hit, index);
                 let shape = &scene.shapes[index as usize];
-                self.p.set(lane, at.p);
-                self.p_error.set(lane, at.p_error);
-                self.ng.set(lane, at.ng);
+                self.end.set(lane, Endpoint::from(&at));
                 self.ns.set(lane, at.ns);
-                (self.shape[lane], self.triangle[lane]) = (at.shape, at.triangle);
+                self.shape[lane] = at.shape;
                 (self.front[lane], self.back[lane]) = (shape.front, shape.back);
                 self.lights |= u32::from(shape.light.is_some()) << lane;
             }

@@ -176,7 +176,7 @@ impl<'a> PathTracer<'a> {
             grazing[lane] = u32::from(cos == 0.0);
         }
         for lane in set_bits(paths.live) {
-            let (position, normal) = (at.p.get(lane), at.ng.get(lane));
+            let (position, normal) = (at.end.p.get(lane), at.end.ng.get(lane));
             sink.vertex(&Vertex { depth, position, normal, shape: at.shape[lane], beta: paths.beta.get(lane) });
             match self.scene.materials[material[lane] as usize] {
                 Material::Black => paths.end(lane),
@@ -261,7 +261,7 @@ impl<'a> PathTracer<'a> {
         }
         let words = draw.words_lanes(&paths.pixel, &paths.sample, group(depth, Decision::Light));
         let mut light = LightSamples::NONE;
-        self.lights.sample_lanes(self.scene, &vertices.at.p, &words, paths.live, &mut light);
+        self.lights.sample_lanes(self.scene, &vertices.at.end.p, &words, paths.live, &mut light);
         let (mut scattered, mut pdf_direction) = (Vec3Lanes::ZERO, [0.0; LANES]);
         let (mut shadow, mut dark) = (Rays::ZERO, [0; LANES]);
         for lane in 0..LANES {
@@ -275,10 +275,10 @@ impl<'a> PathTracer<'a> {
             pdf_direction[lane] = if only_light { 0.0 } else { pdf };
         }
         for lane in 0..LANES {
-            shadow.set(lane, segment(vertices.at.endpoint(lane), light.endpoint(lane)));
+            shadow.set(lane, segment(vertices.at.end.get(lane), light.to.get(lane)));
         }
         for lane in set_bits(light.directions) {
-            shadow.set(lane, leave(vertices.at.endpoint(lane), light.wi.get(lane)));
+            shadow.set(lane, leave(vertices.at.end.get(lane), light.wi.get(lane)));
         }
         let lit = light.lanes & !bits(&dark);
         let lit = lit & !self.bvh.occluded_lanes(simd, &shadow, lit);
@@ -327,10 +327,10 @@ impl<'a> PathTracer<'a> {
             paths.wo.set(lane, -Frame::new(vertices.normal.get(lane)).to_world(wi.get(lane)));
         }
         paths.pdf = pdf;
-        paths.p = vertices.at.p;
+        paths.p = vertices.at.end.p;
         for lane in 0..LANES {
             let direction = -paths.wo.get(lane);
-            paths.ray.set(lane, leave(vertices.at.endpoint(lane), direction));
+            paths.ray.set(lane, leave(vertices.at.end.get(lane), direction));
         }
         paths.live &= !bits(&absorbed);
         let mut survival = [1.0; LANES];

@@ -7,9 +7,10 @@ use rootn::accel::simd::{Portable, Registers};
 use rootn::accel::{Intersect, NO_PRIMITIVE, Ray, Rays, SurfaceLanes};
 use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
 use rootn::estimator::{Cell, Estimator, estimate_by_samples};
-use rootn::math::{LANES, Vec3};
-use rootn::sampling::strategy::{Heuristic, Lights, Preset, Roulette, Strategy};
+use rootn::math::{LANES, Vec3, Vec3Lanes};
+use rootn::sampling::strategy::{Heuristic, LightChoice, Lights, Preset, Roulette, Strategy};
 use rootn::sampling::{Key, Role};
+use rootn::scene::light::{LightSampler, LightSamples, LightTarget};
 use rootn::scene::{Geometry, Scene, Shape, Triangle};
 use rootn::transport::NoSink;
 use std::path::PathBuf;
@@ -172,6 +173,39 @@ fn surfaces_of_packets_are_those_of_rays() {
     #[cfg(target_arch = "x86_64")]
     if let Some(avx512) = rootn::accel::simd::Avx512::detect() {
         surfaces_equal_those_of_rays(avx512);
+    }
+}
+
+/// Light samples of a packet are those of its points, one by one, also at points behind and on the lights.
+#[test]
+fn light_samples_of_packets_are_those_of_points() {
+    let r = &mut Random(3);
+    for path in scenes() {
+        let scene = rootn::scene::format::load(&path, &[], Some([7, 5])).unwrap();
+        for lights in [Lights::Area, Lights::SolidAngle] {
+            let sampler = LightSampler::new(&scene, lights, LightChoice::Power);
+            let mut seen = 0;
+            for _ in 0..100 {
+                let mut p = Vec3Lanes::ZERO;
+                (0..LANES).for_each(|lane| p.set(lane, if lane == 0 { scene.camera.origin } else { r.point() }));
+                let words = std::array::from_fn(|_| std::array::from_fn(|_| (r.unit() * 4e9) as u32));
+                let mut found = LightSamples::NONE;
+                sampler.sample_lanes(&scene, &p, &words, (1 << LANES) - 1, &mut found);
+                for lane in 0..LANES {
+                    let alone = sampler.sample(&scene, p.get(lane), words.map(|w: [u32; LANES]| w[lane]));
+                    assert_eq!(found.lanes >> lane & 1 == 1, alone.is_some(), "{}", path.display());
+                    let Some(alone) = alone else { continue };
+                    let lanes = (found.wi.get(lane), found.emitted.get(lane), found.pdf[lane], found.delta[lane]);
+                    assert_eq!(lanes, (alone.wi, alone.emitted, alone.pdf, alone.delta));
+                    assert_eq!(found.light[lane], alone.light);
+                    if let LightTarget::Point(end) = alone.to {
+                        assert_eq!(format!("{:?}", found.to.get(lane)), format!("{end:?}"));
+                    }
+                    seen += 1;
+                }
+            }
+            assert!(seen > 100, "{}: {seen} samples", path.display());
+        }
     }
 }
 

@@ -167,17 +167,17 @@ trait Strata {
 
     #[inline(always)]
     fn words_lanes(lanes: &Lanes<'_>, group: u32) -> [[u32; LANES]; 4] {
-        let mut out = independent::words_lanes(lanes, group);
-        if let Some((block, index, length)) = lanes.strata() {
-            let seeds = lanes.seeds(&block, group);
-            for lane in 0..LANES {
-                let words = Self::place::<true>(index[lane], length, lane_of(&seeds, lane), lane_of(&out, lane));
-                set(&mut out, lane, words);
-            }
-        } else {
+        let Some((block, index, length)) = lanes.strata() else {
+            let mut out = [[0; LANES]; 4];
             for lane in 0..LANES {
                 set(&mut out, lane, Self::words(&lanes.get(lane), group));
             }
+            return out;
+        };
+        let (seeds, mut out) = (lanes.seeds(&block, group), independent::words_lanes(lanes, group));
+        for lane in 0..LANES {
+            let words = Self::place::<true>(index[lane], length, lane_of(&seeds, lane), lane_of(&out, lane));
+            set(&mut out, lane, words);
         }
         out
     }

@@ -147,6 +147,7 @@ pub(super) fn words(draw: &Draw, group: u32) -> [u32; 4] {
     [x, y, z, w]
 }
 
+/// [`words`] of a packet: `[word][lane]`.
 #[inline(always)]
 pub(super) fn words_lanes(lanes: &Lanes<'_>, group: u32) -> [[u32; LANES]; 4] {
     let mut blocks = [0; LANES];

@@ -4,7 +4,7 @@
 //! cylinders and spheres with inward normals are drawn by area in both cases.
 
 use super::super::{Geometry, Scene};
-use crate::accel::{NO_PRIMITIVE, SurfacePoint};
+use crate::accel::{Endpoint, NO_PRIMITIVE, SurfacePoint};
 use crate::math::density::{Area, Discrete as Pmf, SolidAngle};
 use crate::math::spherical::{SphericalRectangle, SphericalTriangle, parallelogram_solid_angle, triangle_solid_angle};
 use crate::math::trig::sin_cos_turns;
@@ -15,19 +15,6 @@ use std::f32::consts::{PI, TAU};
 
 /// Half a unit in the last place of 1.
 const ULP: f32 = f32::EPSILON / 2.0;
-
-/// A point of a light, with what is needed to end a shadow ray there.
-#[derive(Clone, Copy, Debug)]
-pub struct LightPoint {
-    /// Position, world space.
-    pub p: Vec3,
-    /// Bound on the absolute rounding error of `p`, per axis.
-    pub p_error: Vec3,
-    /// Unit normal of the emitting side; zero for point lights.
-    pub ng: Vec3,
-    /// The triangle that it lies on, or [`NO_PRIMITIVE`].
-    pub triangle: u32,
-}
 
 /// Radiance that the surface emits at a point towards the unit vector `wo`: the shape's light, on the front side only.
 #[inline(always)]
@@ -94,7 +81,7 @@ impl Emitter {
         p: Vec3,
         words: [u32; 4],
         solid: bool,
-    ) -> Option<(LightPoint, Vec3, SolidAngle)> {
+    ) -> Option<(Endpoint, Vec3, SolidAngle)> {
         let (at, density) = self.draw(scene, p, words, solid)?;
         let to = at.p - p;
         let wi = to.try_normalize()?;
@@ -106,7 +93,7 @@ impl Emitter {
     }
 
     #[inline(always)]
-    fn draw(&self, scene: &Scene, p: Vec3, words: [u32; 4], solid: bool) -> Option<(LightPoint, Density)> {
+    fn draw(&self, scene: &Scene, p: Vec3, words: [u32; 4], solid: bool) -> Option<(Endpoint, Density)> {
         let u = [unit_f32(words[0]), unit_f32(words[1])];
         let (at, density) = match self {
             Self::Parallelogram(e) if solid => return e.sample_solid_angle(p, u, words[3]),
@@ -128,7 +115,7 @@ impl Emitter {
                 let a = u[0] * axis;
                 let p_error = 8.0 * ULP * (p0.abs() + a.abs() + Vec3::splat(radius));
                 let ng = if flip { -n } else { n };
-                (LightPoint { p: p0 + a + radius * n, p_error, ng, triangle: NO_PRIMITIVE }, density)
+                (Endpoint { p: p0 + a + radius * n, p_error, ng, triangle: NO_PRIMITIVE }, density)
             }
         };
         Some((at, Density::Area(density)))
@@ -167,9 +154,9 @@ fn seen(density: Area, to: Vec3, wi: Vec3, ng: Vec3) -> Option<SolidAngle> {
 
 /// A point given by a corner, or centre, and multiples of two edges.
 #[inline(always)]
-fn planar(corner: Vec3, s: Vec3, t: Vec3, ng: Vec3, triangle: u32) -> LightPoint {
+fn planar(corner: Vec3, s: Vec3, t: Vec3, ng: Vec3, triangle: u32) -> Endpoint {
     // Two products, two sums and the rounding of the edges.
-    LightPoint { p: corner + s + t, p_error: 5.0 * ULP * (corner.abs() + s.abs() + t.abs()), ng, triangle }
+    Endpoint { p: corner + s + t, p_error: 5.0 * ULP * (corner.abs() + s.abs() + t.abs()), ng, triangle }
 }
 
 /// A parallelogram sampled by area.
@@ -187,7 +174,7 @@ pub(super) struct Patch {
 impl Patch {
     /// What [`Emitter::sample`] gives, in a form without branches: the density is 0 where that is `None`.
     #[inline(always)]
-    pub(super) fn sample(&self, p: Vec3, u: [f32; 2]) -> (LightPoint, Vec3, SolidAngle) {
+    pub(super) fn sample(&self, p: Vec3, u: [f32; 2]) -> (Endpoint, Vec3, SolidAngle) {
         let at = self.at(u);
         let to = at.p - p;
         let scale = to.length_recip();
@@ -200,7 +187,7 @@ impl Patch {
     }
 
     #[inline(always)]
-    fn at(&self, st: [f32; 2]) -> LightPoint {
+    fn at(&self, st: [f32; 2]) -> Endpoint {
         planar(self.corner, st[0] * self.u, st[1] * self.v, self.ng, self.start + u32::from(st[0] < st[1]))
     }
 }
@@ -234,7 +221,7 @@ impl Parallelogram {
     }
 
     #[inline(always)]
-    fn sample_solid_angle(&self, p: Vec3, u: [f32; 2], part: u32) -> Option<(LightPoint, Density)> {
+    fn sample_solid_angle(&self, p: Vec3, u: [f32; 2], part: u32) -> Option<(Endpoint, Density)> {
         let total = self.solid_angle(p)?;
         let Patch { corner, u: eu, v: ev, ng, .. } = self.patch;
         let (a, d) = (corner - p, eu + ev);
@@ -299,7 +286,7 @@ impl MeshEmitter {
     }
 
     #[inline(always)]
-    fn sample_area(&self, scene: &Scene, u: [f32; 2], part: u32) -> (LightPoint, Area) {
+    fn sample_area(&self, scene: &Scene, u: [f32; 2], part: u32) -> (Endpoint, Area) {
         let triangle = self.triangles[self.choice.pick(part)];
         let (a, eb, ec, normal) = Self::edges(scene, triangle);
         let [b, c] = warp::sample_uniform_triangle(u);
@@ -307,7 +294,7 @@ impl MeshEmitter {
     }
 
     #[inline(always)]
-    fn sample_solid_angle(&self, scene: &Scene, p: Vec3, u: [f32; 2], part: u32) -> Option<(LightPoint, Density)> {
+    fn sample_solid_angle(&self, scene: &Scene, p: Vec3, u: [f32; 2], part: u32) -> Option<(Endpoint, Density)> {
         let i = self.choice.pick(part);
         let triangle = self.triangles[i];
         let (a, eb, ec, normal) = Self::edges(scene, triangle);
@@ -332,10 +319,10 @@ fn sphere_density(radius: f32) -> Area {
 }
 
 #[inline(always)]
-fn on_sphere(center: Vec3, radius: f32, n: Vec3, flip: bool) -> LightPoint {
+fn on_sphere(center: Vec3, radius: f32, n: Vec3, flip: bool) -> Endpoint {
     // |n| errs by a few units, too.
     let p_error = 8.0 * ULP * (center.abs() + Vec3::splat(radius));
-    LightPoint { p: center + radius * n, p_error, ng: if flip { -n } else { n }, triangle: NO_PRIMITIVE }
+    Endpoint { p: center + radius * n, p_error, ng: if flip { -n } else { n }, triangle: NO_PRIMITIVE }
 }
 
 /// 1 − cos θmax of the cone around a sphere; `None` from inside and on the sphere, where its front cannot be seen.
@@ -355,7 +342,7 @@ fn cone_pdf(center: Vec3, radius: f32, p: Vec3) -> Option<SolidAngle> {
 
 /// The point of a sphere that a direction of its cone meets first.
 #[inline(always)]
-fn sample_cone(center: Vec3, radius: f32, p: Vec3, u: [f32; 2]) -> Option<(LightPoint, Density)> {
+fn sample_cone(center: Vec3, radius: f32, p: Vec3, u: [f32; 2]) -> Option<(Endpoint, Density)> {
     let axis = p - center;
     let distance2 = axis.length_squared();
     let height = cone_height(radius, distance2)?;

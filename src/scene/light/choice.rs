@@ -1,8 +1,8 @@
 //! Which light is sampled, and the sampler that puts choice and light together.
 
-use super::area::{Emitter, LightPoint};
+use super::area::Emitter;
 use super::{Light, constant, point};
-use crate::accel::SurfacePoint;
+use crate::accel::{Endpoint, SurfacePoint};
 use crate::math::rgb::luminance;
 use crate::math::{Rgb, Vec3};
 use crate::sampling::discrete::Discrete;
@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub enum LightTarget {
     /// A point.
-    Point(LightPoint),
+    Point(Endpoint),
     /// A direction, from outside the scene: the same as [`LightSample::wi`].
     Direction,
 }

@@ -3,7 +3,7 @@
 use super::area::{Emitter, Patch};
 use super::choice::{Entry, Kind};
 use super::{LightSample, LightSampler, LightTarget};
-use crate::accel::Endpoint;
+use crate::accel::EndpointLanes;
 use crate::math::density::{Area, Discrete as Pmf};
 use crate::math::lanes::{bits, lane_of, set_bits};
 use crate::math::{LANES, Vec3Lanes};
@@ -19,14 +19,8 @@ pub struct LightSamples {
     pub directions: u32,
     /// Those of them that no other technique can meet.
     pub delta: [bool; LANES],
-    /// Points on the lights.
-    pub p: Vec3Lanes,
-    /// Bounds on their errors.
-    pub p_error: Vec3Lanes,
-    /// Normals there.
-    pub ng: Vec3Lanes,
-    /// Triangles that they lie on.
-    pub triangle: [u32; LANES],
+    /// Points on the lights: the other ends of the shadow rays.
+    pub to: EndpointLanes,
     /// Unit vectors to them.
     pub wi: Vec3Lanes,
     /// See [`LightSample::emitted`].
@@ -45,10 +39,7 @@ impl LightSamples {
             lanes: 0,
             directions: 0,
             delta: [false; LANES],
-            p: zero,
-            p_error: zero,
-            ng: zero,
-            triangle: [0; LANES],
+            to: EndpointLanes::ZERO,
             wi: zero,
             emitted: zero,
             pdf: [0.0; LANES],
@@ -61,29 +52,13 @@ impl LightSamples {
         self.lanes |= 1 << lane;
         match sample.to {
             LightTarget::Direction => self.directions |= 1 << lane,
-            LightTarget::Point(at) => {
-                self.p.set(lane, at.p);
-                self.p_error.set(lane, at.p_error);
-                self.ng.set(lane, at.ng);
-                self.triangle[lane] = at.triangle;
-            }
+            LightTarget::Point(at) => self.to.set(lane, at),
         }
         self.delta[lane] = sample.delta;
         self.wi.set(lane, sample.wi);
         self.emitted.set(lane, sample.emitted);
         self.pdf[lane] = sample.pdf;
         self.light[lane] = sample.light;
-    }
-
-    /// The end of a lane's shadow ray.
-    #[inline(always)]
-    pub fn endpoint(&self, lane: usize) -> Endpoint {
-        Endpoint {
-            p: self.p.get(lane),
-            p_error: self.p_error.get(lane),
-            ng: self.ng.get(lane),
-            triangle: self.triangle[lane],
-        }
     }
 }
 
@@ -188,10 +163,7 @@ impl LightSampler {
         for lane in 0..LANES {
             let u = [unit_f32(words[0][lane]), unit_f32(words[1][lane])];
             let (at, wi, density) = patches.get(lane).sample(p.get(lane), u);
-            samples.p.set(lane, at.p);
-            samples.p_error.set(lane, at.p_error);
-            samples.ng.set(lane, at.ng);
-            samples.triangle[lane] = at.triangle;
+            samples.to.set(lane, at);
             samples.wi.set(lane, wi);
             samples.pdf[lane] = (density * Pmf(choice_pdf[lane])).0;
             hidden[lane] = u32::from(samples.pdf[lane] == 0.0);

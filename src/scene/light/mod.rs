@@ -6,7 +6,7 @@ mod constant;
 mod lanes;
 mod point;
 
-pub use area::{LightPoint, emitted};
+pub use area::emitted;
 pub use choice::{LightSample, LightSampler, LightTarget};
 pub use constant::environment;
 pub use lanes::LightSamples;
