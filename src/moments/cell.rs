@@ -45,25 +45,31 @@ impl Checkpoint {
     }
 }
 
-/// When a run's state is worth writing again: sampling that is not in it has taken a hundred times as long as writing took.
+/// When a run's state is worth writing again: sampling that is not in it has taken two hundred times as long as writing took.
 /// That bounds both what keeping states costs and, up to the next checkpoint, what a killed run does again.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Saving {
     /// Seconds of sampling in the state on disk.
     kept: f64,
-    /// Seconds that the last writing took.
+    /// Seconds that the last writing took; before the first, a guess.
     cost: f64,
+}
+
+impl Default for Saving {
+    fn default() -> Self {
+        Self::from_disk(0.0)
+    }
 }
 
 impl Saving {
     /// For a state read from disk, with `kept` seconds of sampling in it.
     pub fn from_disk(kept: f64) -> Self {
-        Self { kept, cost: 0.0 }
+        Self { kept, cost: 1e-3 }
     }
 
-    /// Whether a state with `seconds` of sampling in it is worth writing; the first always is.
+    /// Whether a state with `seconds` of sampling in it is worth writing.
     pub fn is_worth_it(&self, seconds: f64) -> bool {
-        seconds - self.kept >= 100.0 * self.cost
+        seconds - self.kept >= 200.0 * self.cost
     }
 
     /// Writes, and remembers what it cost.

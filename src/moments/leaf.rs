@@ -1,89 +1,152 @@
-//! Samples of one block pushed into the moments of all channels at once, four side by side.
+//! Samples of blocks pushed into the moments of all channels at once: four channels side by side, with AVX-512 of two blocks.
 
-use super::{BLOCK, Moments, reciprocal};
+use super::{BLOCK, Moments, RECIPROCAL};
 use std::arch::x86_64::*;
 
-/// Channels side by side.
-const WIDTH: usize = 4;
+/// Channels of a block side by side.
+pub(super) const WIDTH: usize = 4;
 
 /// Samples from which on it is quicker than one push after the other.
-const WORTH_IT: u64 = 8;
+const WORTH_IT: u64 = 4;
 
-/// Pushes samples (`leaf.len()` channels each), the first being number `first`, with the bits of [`Moments::push`]. Returns
-/// false and does nothing where a sample does not count, where samples are too few to be worth it, where channels are more than
-/// four or differ in what they have taken, and where the processor lacks AVX2.
-pub(super) fn push(leaf: &mut [Moments], values: &[f64], first: u64) -> bool {
-    let n = leaf[0].n;
-    let samples = (values.len() / leaf.len()) as u64;
-    let fits = leaf.len() <= WIDTH && samples >= WORTH_IT && n + samples <= BLOCK;
-    // SAFETY: AVX2 was detected.
-    fits && leaf.iter().all(|m| m.n == n)
-        && is_x86_feature_detected!("avx2")
-        && unsafe { push_avx2(leaf, values, first) }
+/// What the update of the n-th sample multiplies with: 1/n, n − 1, n − 2, n² − 3n + 3.
+static FACTORS: [[f64; 4]; BLOCK as usize + 1] = {
+    let mut factors = [[0.0; 4]; BLOCK as usize + 1];
+    let mut i = 1;
+    while i < factors.len() {
+        let n = i as f64;
+        factors[i] = [RECIPROCAL[i], n - 1.0, n - 2.0, n * n - 3.0 * n + 3.0];
+        i += 1;
+    }
+    factors
+};
+
+/// Pushes samples (`channels` values each), the first being number `first`, with the bits of [`Moments::push`]. `moments` has
+/// one entry per channel, or those of two blocks one after the other, which get half of the samples each. Returns false and
+/// does nothing where a sample does not count, where samples are too few to be worth it, where channels are more than four or
+/// differ in what they have taken, and where the processor lacks the instructions.
+pub(super) fn push(moments: &mut [Moments], channels: usize, values: &[f64], first: u64) -> bool {
+    let n = moments[0].n;
+    let blocks = (moments.len() / channels) as u64;
+    let samples = (values.len() / channels) as u64 / blocks;
+    let fits = channels <= WIDTH && samples >= WORTH_IT && n + samples <= BLOCK;
+    fits && moments.iter().all(|m| m.n == n)
+        && match blocks {
+            // SAFETY: the instructions were detected.
+            1 => is_x86_feature_detected!("avx2") && unsafe { push_avx2(moments, channels, values, first) },
+            2 => is_x86_feature_detected!("avx512f") && unsafe { push_avx512(moments, channels, values, first) },
+            _ => false,
+        }
 }
 
-/// Same operations in the same order as [`Moments::push`].
+/// The same operations in the same order as [`Moments::push`], on as many lanes as `$vector` has.
+macro_rules! kernel {
+    ($name:ident, $feature:literal, $vector:ident of $lanes:literal, $sample:ident, $counts:ident, $keep:ident,
+     $load:ident $store:ident $splat:ident $add:ident $sub:ident $mul:ident $min:ident $max:ident) => {
+        #[target_feature(enable = $feature)]
+        fn $name(moments: &mut [Moments], channels: usize, values: &[f64], first: u64) -> bool {
+            const BLOCKS: usize = $lanes / WIDTH;
+            let gather = |f: fn(&Moments) -> f64| {
+                let mut x = [0.0; $lanes];
+                for (x, m) in x.chunks_exact_mut(WIDTH).zip(moments.chunks_exact(channels)) {
+                    x.iter_mut().zip(m).for_each(|(x, m)| *x = f(m));
+                }
+                // SAFETY: as many readable floats, no alignment needed.
+                unsafe { $load(x.as_ptr()) }
+            };
+            let (mut mean, mut m2) = (gather(|m| m.mean), gather(|m| m.m2));
+            let (mut m3, mut m4) = (gather(|m| m.m3), gather(|m| m.m4));
+            let (mut min, mut max) = (gather(|m| m.min), gather(|m| m.max));
+            // Indices travel as the bits of floats.
+            let mut argmax = gather(|m| f64::from_bits(m.argmax));
+            let on = |k: usize| if k < channels { -1 } else { 0 };
+            let mask = _mm256_set_epi64x(on(3), on(2), on(1), on(0));
+            let before = moments[0].n;
+            let samples = values.len() / channels / BLOCKS;
+            let (three, four, six) = ($splat(3.0), $splat(4.0), $splat(6.0));
+            let mut all_count = true;
+            for i in 0..samples {
+                let x = $sample(values, [i * channels, (samples + i) * channels], mask);
+                all_count &= $counts(x);
+                let [reciprocal, one_less, two_less, square] = FACTORS[before as usize + i + 1];
+                let delta = $sub(x, mean);
+                let dn = $mul(delta, $splat(reciprocal));
+                let dn2 = $mul(dn, dn);
+                let t = $mul($mul(delta, dn), $splat(one_less));
+                mean = $add(mean, dn);
+                let a = $mul($mul(t, dn2), $splat(square));
+                m4 = $add(m4, $sub($add(a, $mul($mul(six, dn2), m2)), $mul($mul(four, dn), m3)));
+                m3 = $add(m3, $sub($mul($mul(t, dn), $splat(two_less)), $mul($mul(three, dn), m2)));
+                m2 = $add(m2, t);
+                min = $min(x, min);
+                argmax = $keep(argmax, $splat(f64::from_bits(first + i as u64)), x, max);
+                max = $max(x, max);
+            }
+            if !all_count {
+                return false;
+            }
+            let store = |x: $vector| {
+                let mut out = [0.0; $lanes];
+                // SAFETY: as many writable floats, no alignment needed.
+                unsafe { $store(out.as_mut_ptr(), x) };
+                out
+            };
+            let (mean, m2, m3, m4) = (store(mean), store(m2), store(m3), store(m4));
+            let (min, max, argmax) = (store(min), store(max), store(argmax));
+            for (block, moments) in moments.chunks_exact_mut(channels).enumerate() {
+                for (channel, m) in moments.iter_mut().enumerate() {
+                    let k = block * WIDTH + channel;
+                    // The later block's samples follow the earlier one's.
+                    let argmax = argmax[k].to_bits() + if m.max < max[k] { (block * samples) as u64 } else { 0 };
+                    let (mean, m2, m3, m4, min, max) = (mean[k], m2[k], m3[k], m4[k], min[k], max[k]);
+                    let n = before + samples as u64;
+                    *m = Moments { n, mean, m2, m3, m4, min, max, argmax, non_finite: m.non_finite };
+                }
+            }
+            true
+        }
+    };
+}
+
+kernel!(push_avx2, "avx2", __m256d of 4, one_sample, count_4, keep_4,
+        _mm256_loadu_pd _mm256_storeu_pd _mm256_set1_pd _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_min_pd _mm256_max_pd);
+kernel!(push_avx512, "avx2,avx512f", __m512d of 8, two_samples, count_8, keep_8,
+        _mm512_loadu_pd _mm512_storeu_pd _mm512_set1_pd _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_min_pd _mm512_max_pd);
+
+/// The channels of the sample that starts at the first place.
 #[target_feature(enable = "avx2")]
-fn push_avx2(leaf: &mut [Moments], values: &[f64], first: u64) -> bool {
-    let channels = leaf.len();
-    let on = |k: usize| if k < channels { -1 } else { 0 };
-    let mask = _mm256_set_epi64x(on(3), on(2), on(1), on(0));
-    let gather = |f: fn(&Moments) -> f64| {
-        let mut x = [0.0; WIDTH];
-        leaf.iter().zip(&mut x).for_each(|(m, x)| *x = f(m));
-        x
-    };
-    let load = |x: [f64; WIDTH]| _mm256_set_pd(x[3], x[2], x[1], x[0]);
-    let (mut mean, mut m2) = (load(gather(|m| m.mean)), load(gather(|m| m.m2)));
-    let (mut m3, mut m4) = (load(gather(|m| m.m3)), load(gather(|m| m.m4)));
-    let (mut min, mut max) = (load(gather(|m| m.min)), load(gather(|m| m.max)));
-    // The index travels as the bits of a float.
-    let mut argmax = load(gather(|m| f64::from_bits(m.argmax)));
-    let mut n = leaf[0].n;
-    let (limit, sign) = (_mm256_set1_pd(f32::MAX.into()), _mm256_set1_pd(-0.0));
-    let mut count_all = _mm256_cmp_pd::<_CMP_EQ_OQ>(limit, limit);
-    for (i, sample) in values.chunks_exact(channels).enumerate() {
-        // SAFETY: lanes beyond the channels are masked.
-        let x = unsafe { _mm256_maskload_pd(sample.as_ptr(), mask) };
-        // NaN passes no comparison.
-        count_all = _mm256_and_pd(count_all, _mm256_cmp_pd::<_CMP_LE_OQ>(_mm256_andnot_pd(sign, x), limit));
-        let before = _mm256_set1_pd(n as f64);
-        n += 1;
-        let count = n as f64;
-        let splat = |x: f64| _mm256_set1_pd(x);
-        let delta = _mm256_sub_pd(x, mean);
-        let dn = _mm256_mul_pd(delta, splat(reciprocal(n)));
-        let dn2 = _mm256_mul_pd(dn, dn);
-        let t = _mm256_mul_pd(_mm256_mul_pd(delta, dn), before);
-        mean = _mm256_add_pd(mean, dn);
-        let a = _mm256_mul_pd(_mm256_mul_pd(t, dn2), splat(count * count - 3.0 * count + 3.0));
-        let b = _mm256_mul_pd(_mm256_mul_pd(splat(6.0), dn2), m2);
-        let c = _mm256_mul_pd(_mm256_mul_pd(splat(4.0), dn), m3);
-        m4 = _mm256_add_pd(m4, _mm256_sub_pd(_mm256_add_pd(a, b), c));
-        let a = _mm256_mul_pd(_mm256_mul_pd(t, dn), splat(count - 2.0));
-        let b = _mm256_mul_pd(_mm256_mul_pd(splat(3.0), dn), m2);
-        m3 = _mm256_add_pd(m3, _mm256_sub_pd(a, b));
-        m2 = _mm256_add_pd(m2, t);
-        min = _mm256_min_pd(x, min);
-        let larger = _mm256_cmp_pd::<_CMP_GT_OQ>(x, max);
-        max = _mm256_max_pd(x, max);
-        argmax = _mm256_blendv_pd(argmax, splat(f64::from_bits(first + i as u64)), larger);
-    }
-    if _mm256_movemask_pd(count_all) != 0xF {
-        return false;
-    }
-    let store = |x: __m256d| {
-        let mut out = [0.0; WIDTH];
-        // SAFETY: four writable floats, no alignment needed.
-        unsafe { _mm256_storeu_pd(out.as_mut_ptr(), x) };
-        out
-    };
-    let (mean, m2, m3, m4) = (store(mean), store(m2), store(m3), store(m4));
-    let (min, max, argmax) = (store(min), store(max), store(argmax));
-    for (k, m) in leaf.iter_mut().enumerate() {
-        let argmax = argmax[k].to_bits();
-        let (mean, m2, m3, m4, min, max) = (mean[k], m2[k], m3[k], m4[k], min[k], max[k]);
-        *m = Moments { n, mean, m2, m3, m4, min, max, argmax, non_finite: m.non_finite };
-    }
-    true
+fn one_sample(values: &[f64], at: [usize; 2], mask: __m256i) -> __m256d {
+    let sample = &values[at[0]..];
+    // SAFETY: lanes beyond the channels are masked.
+    unsafe { _mm256_maskload_pd(sample.as_ptr(), mask) }
+}
+
+/// The channels of the samples that start at both places.
+#[target_feature(enable = "avx2,avx512f")]
+fn two_samples(values: &[f64], at: [usize; 2], mask: __m256i) -> __m512d {
+    let (a, b) = (one_sample(values, at, mask), one_sample(values, [at[1]; 2], mask));
+    _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(a), b)
+}
+
+/// Whether all are finite and within the range of f32; NaN passes no comparison.
+#[target_feature(enable = "avx2")]
+fn count_4(x: __m256d) -> bool {
+    let size = _mm256_andnot_pd(_mm256_set1_pd(-0.0), x);
+    _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(size, _mm256_set1_pd(f32::MAX.into()))) == 0xF
+}
+
+#[target_feature(enable = "avx512f")]
+fn count_8(x: __m512d) -> bool {
+    _mm512_cmp_pd_mask::<_CMP_LE_OQ>(_mm512_abs_pd(x), _mm512_set1_pd(f32::MAX.into())) == 0xFF
+}
+
+/// `new` where x > max, else `old`.
+#[target_feature(enable = "avx2")]
+fn keep_4(old: __m256d, new: __m256d, x: __m256d, max: __m256d) -> __m256d {
+    _mm256_blendv_pd(old, new, _mm256_cmp_pd::<_CMP_GT_OQ>(x, max))
+}
+
+#[target_feature(enable = "avx512f")]
+fn keep_8(old: __m512d, new: __m512d, x: __m512d, max: __m512d) -> __m512d {
+    _mm512_mask_blend_pd(_mm512_cmp_pd_mask::<_CMP_GT_OQ>(x, max), old, new)
 }

@@ -154,6 +154,9 @@ impl BlockTree {
             return Vec::new();
         }
         let f = &f;
+        if stride == c {
+            return self.nodes.par_iter().with_min_len(FOLDED_TOGETHER * c).map(f).collect();
+        }
         self.nodes
             .par_chunks(stride)
             .with_min_len(FOLDED_TOGETHER)
@@ -189,12 +192,36 @@ impl Stack {
 
     /// Adds the samples that follow, of `c` channels.
     fn push(&mut self, mut values: &[f64], c: usize) {
+        #[cfg(target_arch = "x86_64")]
+        while self.samples.is_multiple_of(BLOCK) && values.len() >= 2 * BLOCK as usize * c {
+            let (blocks, rest) = values.split_at(2 * BLOCK as usize * c);
+            if !self.push_blocks(blocks, c) {
+                break;
+            }
+            values = rest;
+        }
         while !values.is_empty() {
             let room = (BLOCK - self.samples % BLOCK) as usize * c;
             let (leaf, rest) = values.split_at(room.min(values.len()));
             self.push_leaf(leaf, c);
             values = rest;
         }
+    }
+
+    /// Adds two whole blocks side by side; does nothing and returns false where that is not possible.
+    #[cfg(target_arch = "x86_64")]
+    fn push_blocks(&mut self, values: &[f64], c: usize) -> bool {
+        let mut moments = [Moments::default(); 2 * super::leaf::WIDTH];
+        let Some(moments) = moments.get_mut(..2 * c) else { return false };
+        if !super::leaf::push(moments, c, values, self.samples) {
+            return false;
+        }
+        for leaf in moments.chunks_exact(c) {
+            self.nodes.extend_from_slice(leaf);
+            self.samples += BLOCK;
+            self.carry(c);
+        }
+        true
     }
 
     /// Adds samples of one block.
@@ -205,7 +232,7 @@ impl Stack {
         let first = self.nodes.len() - c;
         let moments = &mut self.nodes[first..];
         #[cfg(target_arch = "x86_64")]
-        let done = super::leaf::push(moments, values, self.samples);
+        let done = super::leaf::push(moments, c, values, self.samples);
         #[cfg(not(target_arch = "x86_64"))]
         let done = false;
         if !done {
