@@ -29,14 +29,17 @@ pub(super) fn push(moments: &mut [Moments], channels: usize, values: &[f64], fir
     let n = moments[0].n;
     let blocks = (moments.len() / channels) as u64;
     let samples = (values.len() / channels) as u64 / blocks;
-    let fits = channels <= WIDTH && samples >= WORTH_IT && n + samples <= BLOCK;
-    fits && moments.iter().all(|m| m.n == n)
-        && match blocks {
-            // SAFETY: the instructions were detected.
-            1 => is_x86_feature_detected!("avx2") && unsafe { push_avx2(moments, channels, values, first) },
-            2 => is_x86_feature_detected!("avx512f") && unsafe { push_avx512(moments, channels, values, first) },
-            _ => false,
-        }
+    if channels > WIDTH || samples < WORTH_IT || n + samples > BLOCK || moments.iter().any(|m| m.n != n) {
+        return false;
+    }
+    let (avx2, avx512) = (is_x86_feature_detected!("avx2"), is_x86_feature_detected!("avx512f"));
+    match blocks {
+        // SAFETY: the instructions were detected.
+        1 if avx2 => unsafe { push_avx2(moments, channels, values, first) },
+        // SAFETY: the instructions were detected.
+        2 if avx2 && avx512 => unsafe { push_avx512(moments, channels, values, first) },
+        _ => false,
+    }
 }
 
 /// The same operations in the same order as [`Moments::push`], on as many lanes as `$vector` has.
