@@ -81,6 +81,14 @@ pub enum Error {
         /// What was found and what was expected.
         message: String,
     },
+    /// A device failed while it computed. Exit code 4.
+    #[error("{device}: {message}")]
+    Device {
+        /// The device.
+        device: String,
+        /// What happened.
+        message: String,
+    },
     /// Stopped by the user after a checkpoint was written. Exit code 130.
     #[error("interrupted; everything computed so far is kept, the same command continues")]
     Interrupted,
@@ -106,7 +114,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Input { .. } | Self::Usage(_) | Self::Unavailable { .. } => 2,
-            Self::Io { .. } | Self::Damaged { .. } => 4,
+            Self::Io { .. } | Self::Damaged { .. } | Self::Device { .. } => 4,
             Self::Interrupted => 130,
         }
     }

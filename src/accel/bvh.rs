@@ -36,12 +36,13 @@ impl Bvh {
         let primitives = Primitives::new(scene)?;
         let boxes: Vec<_> = primitives.triangles.iter().map(bounds).collect();
         let mut packets = Vec::new();
-        let triangles = Tree::new(&boxes, 8, |leaf| {
+        // A leaf is one packet, however many triangles it holds.
+        let triangles = Tree::new(&boxes, 8, |_| 1.0, |leaf| {
             packets.push(primitives.packet(leaf.iter().copied()));
             packets.len() as u32 - 1
         });
         let boxes: Vec<_> = primitives.quadrics.iter().map(|q| q.bounds).collect();
-        let quadrics = Tree::new(&boxes, 1, |leaf| leaf[0]);
+        let quadrics = Tree::new(&boxes, 1, |_| 1.0, |leaf| leaf[0]);
         Ok(Self {
             few: Few::new(&primitives.triangles),
             triangles: triangles.map(|tree| (tree, packets)),

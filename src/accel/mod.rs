@@ -2,6 +2,7 @@
 
 pub mod brute;
 pub mod bvh;
+pub mod compact;
 mod few;
 mod primitives;
 mod quadric;

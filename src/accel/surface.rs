@@ -1,5 +1,6 @@
 //! From a hit to a surface point, and from surface points to the rays that leave them.
 
+use super::compact::CompactSurface;
 use super::quadric::Quadric;
 use super::simd::Registers;
 use super::{Hit, Hits, NO_PRIMITIVE, Ray, Rays, SurfacePoint};
@@ -139,6 +140,11 @@ impl Surface {
             back: shape.back,
             flags: if smooth { SMOOTH } else { 0 } | if shape.light.is_some() { LIGHT } else { 0 },
         }
+    }
+
+    /// The same for a GPU.
+    pub(super) fn compact(&self) -> CompactSurface {
+        CompactSurface::new(self.p0, self.edges, self.ng, [self.shape, self.front, self.back, self.flags])
     }
 
     /// See [`Scene::surface_point`].

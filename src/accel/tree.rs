@@ -12,13 +12,13 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use std::mem::MaybeUninit;
 
 /// Set in a child reference that names a leaf.
-const LEAF: u32 = 1 << 31;
+pub(super) const LEAF: u32 = 1 << 31;
 
 /// Entries of the traversal stack kept on the machine stack; deeper trees allocate.
 const STACK: usize = 128;
 
-/// SAH cost of a leaf (one packet of triangles) relative to an inner node.
-const LEAF_COST: f32 = 1.0;
+/// The boxes and references of a node's children.
+pub(super) type Wide = Vec<(Bounds, u32)>;
 
 /// Eight boxes `[axis][lower, upper][child]` and where they lead.
 #[derive(Clone, Debug)]
@@ -47,9 +47,14 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// Over `boxes`, at most `per_leaf` in a leaf. `leaf` stores the primitives of a leaf and names it (< 2³¹).
-    /// `None` where there are no boxes.
-    pub(super) fn new(boxes: &[Bounds], per_leaf: u32, mut leaf: impl FnMut(&[u32]) -> u32) -> Option<Self> {
+    /// Over `boxes`, at most `per_leaf` in a leaf. `cost` is the SAH cost of a leaf of so many primitives relative to an inner
+    /// node's; `leaf` stores the primitives of a leaf and names it (< 2³¹). `None` where there are no boxes.
+    pub(super) fn new(
+        boxes: &[Bounds],
+        per_leaf: u32,
+        cost: impl Fn(u32) -> f32,
+        mut leaf: impl FnMut(&[u32]) -> u32,
+    ) -> Option<Self> {
         if boxes.is_empty() {
             return None;
         }
@@ -62,7 +67,7 @@ impl Tree {
             3,
         );
         ReinsertionOptimizer::default().run(&mut binary, 0.25, None);
-        let plan = Plan::new(&binary, boxes, per_leaf);
+        let plan = Plan::new(&binary, boxes, per_leaf, cost);
         let mut tree = Self { nodes: Vec::new(), root: 0, bounds: plan.bounds[0], stack: 1 };
         // (binary node, node and slot that lead to it, stack entries in use when it is entered)
         let mut todo = vec![(0u32, None, 0usize)];
@@ -84,6 +89,20 @@ impl Tree {
             }
         }
         Some(tree)
+    }
+
+    /// Where a walk starts: an inner node or, with [`LEAF`], a leaf.
+    pub(super) fn root(&self) -> u32 {
+        self.root
+    }
+
+    /// All inner nodes.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = Wide> {
+        self.nodes.iter().map(|node| {
+            let corner = |upper: usize, i: usize| Vec3::from([0, 1, 2].map(|a| node.planes[a][upper][i]));
+            let child = |i: usize| (Bounds { lo: corner(0, i), hi: corner(1, i) }, node.children[i]);
+            (0..8).filter(|i| node.used >> i & 1 == 1).map(child).collect()
+        })
     }
 
     /// Visits the leaves that the ray may hit nearer than or at `best`; near ones first if `SORTED`.
@@ -184,7 +203,7 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(binary: &'a Bvh2, boxes: &[Bounds], per_leaf: u32) -> Self {
+    fn new(binary: &'a Bvh2, boxes: &[Bounds], per_leaf: u32, leaf_cost: impl Fn(u32) -> f32) -> Self {
         let n = binary.nodes.len();
         let mut plan = Self { binary, bounds: vec![Bounds::EMPTY; n], split: vec![[0; 8]; n] };
         let mut cost = vec![[0f32; 8]; n];
@@ -204,7 +223,7 @@ impl<'a> Plan<'a> {
             if node.is_leaf() {
                 let primitive = binary.primitive_indices[node.first_index as usize];
                 plan.bounds[index] = boxes[primitive as usize];
-                cost[index] = [plan.bounds[index].half_area() * LEAF_COST; 8];
+                cost[index] = [plan.bounds[index].half_area() * leaf_cost(1); 8];
                 continue;
             }
             let (l, r) = (node.first_index as usize, node.first_index as usize + 1);
@@ -226,7 +245,7 @@ impl<'a> Plan<'a> {
             };
             let shares: [(f32, u8); 9] = std::array::from_fn(share);
             let inner = shares[8].0 + area;
-            let leaf = if count[index] <= per_leaf { area * LEAF_COST } else { f32::INFINITY };
+            let leaf = if count[index] <= per_leaf { area * leaf_cost(count[index]) } else { f32::INFINITY };
             (cost[index][1], plan.split[index][1]) = if leaf <= inner { (leaf, 0) } else { (inner, shares[8].1) };
             for i in 2..8 {
                 (cost[index][i], plan.split[index][i]) =

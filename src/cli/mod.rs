@@ -1,6 +1,8 @@
 //! The commands, one file each. stdout = data, stderr = progress and messages.
 
 mod completions;
+#[cfg(feature = "vulkan")]
+mod devices;
 mod render;
 mod replay;
 mod report;
@@ -20,6 +22,9 @@ pub enum Command {
     Report(report::Report),
     /// Trace one sample again and print its path vertex by vertex.
     Replay(replay::Replay),
+    /// List the GPUs that can render, and which one would be taken.
+    #[cfg(feature = "vulkan")]
+    Devices(devices::Devices),
     /// Print the JSON schema of experiment files.
     Schema(schema::Schema),
     /// Print shell completions.
@@ -45,6 +50,8 @@ impl Command {
             Self::Render(c) => c.execute(),
             Self::Report(c) => c.execute(),
             Self::Replay(c) => c.execute(),
+            #[cfg(feature = "vulkan")]
+            Self::Devices(c) => c.execute(),
             Self::Schema(c) => c.execute(),
             Self::Completions(c) => c.execute(),
         }

@@ -1,7 +1,8 @@
 use super::{parameter, use_threads};
 use crate::error::{Error, Result};
-use crate::estimator::cpu::{CpuEstimator, PreparedScene};
-use crate::estimator::{Cell, Estimator};
+use crate::estimator::choice::{DeviceRequest, PathTracers};
+use crate::estimator::cpu::PreparedScene;
+use crate::estimator::Cell;
 use crate::record::image::{Attributes, write_exr};
 use crate::record::layers;
 use crate::run::{progress_bar, sample};
@@ -26,6 +27,9 @@ pub struct Render {
     /// Samples per pixel.
     #[arg(long, default_value_t = 64)]
     spp: u64,
+    /// Where to render: auto, cpu, vulkan, vulkan:NAME or vulkan:INDEX (see `rootn devices`).
+    #[arg(long, value_name = "DEVICE", default_value_t)]
+    device: DeviceRequest,
     /// Worker threads; default: one per core.
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -114,10 +118,14 @@ impl Render {
         }
         let prepared = Arc::new(self.settings.prepare(&self.scene)?);
         let strategy = self.settings.strategy(self.strategy);
-        let estimator = CpuEstimator::new(prepared, strategy);
+        let chosen = self.device.take()?;
+        if !self.quiet {
+            eprintln!("device: {}, because {}", chosen.name, chosen.reason);
+        }
+        let estimator = PathTracers::new(prepared).estimator(&chosen, strategy)?;
         let key = Key::new(self.settings.seed, Role::Run, &strategy.identity(), 0);
         let bar = progress_bar(self.spp * estimator.shape().pixels() as u64, self.quiet);
-        let (estimate, interrupted) = sample(&estimator, &Cell { key, length: self.spp }, self.spp, None, &bar)?;
+        let (estimate, interrupted) = sample(&*estimator, &Cell { key, length: self.spp }, self.spp, &mut None, &bar)?;
         bar.finish_and_clear();
         let tree = estimate.moments.as_ref().expect("a path tracer has samples");
         let about = Attributes {

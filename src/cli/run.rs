@@ -1,5 +1,6 @@
 use super::{print, use_threads};
 use crate::error::Result;
+use crate::estimator::choice::DeviceRequest;
 use crate::run::Options;
 use crate::{experiment, report};
 use std::path::PathBuf;
@@ -22,6 +23,9 @@ pub struct Run {
     /// Worker threads; default: one per core.
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    /// Where to render: auto, cpu, vulkan, vulkan:NAME or vulkan:INDEX (see `rootn devices`).
+    #[arg(long, value_name = "DEVICE", default_value_t)]
+    device: DeviceRequest,
     /// Print the record as JSON instead of tables.
     #[arg(long)]
     json: bool,
@@ -35,7 +39,10 @@ impl Run {
         use_threads(self.threads)?;
         for path in &self.experiments {
             let (parsed, text) = experiment::load::load(path, &self.overrides)?;
-            let plan = experiment::plan::plan(&parsed, path, text)?;
+            let plan = experiment::plan::plan(&parsed, path, text, &self.device)?;
+            if !self.quiet {
+                plan.devices.iter().for_each(|d| eprintln!("device: {}, because {}", d.name, d.reason));
+            }
             let options = Options { out: self.out.clone(), fresh: self.fresh, quiet: self.quiet };
             let (record, reuse) = crate::run::run(&plan, &options)?;
             let folder = self.out.join(&record.name);

@@ -108,7 +108,7 @@ impl Estimator for CpuEstimator {
         self.prepared.setup_seconds
     }
 
-    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate> {
+    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate> {
         let tracer = self.tracer();
         let draw = Draw { key: cell.key, pixel: 0, sample: 0, length: cell.length, sequence: self.strategy.sequence };
         #[cfg(target_arch = "x86_64")]

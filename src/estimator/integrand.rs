@@ -156,7 +156,7 @@ impl Estimator for IntegrandEstimator {
         is_progressive(self.sequence)
     }
 
-    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate> {
+    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate> {
         let d = self.integrand.dimensions();
         Ok(estimate_by_samples(self.shape(), self.sequence, cell, checkpoint, previous, |draw, out| {
             let mut u = [0.0; 8];

@@ -1,7 +1,10 @@
 //! The seam between the harness and whatever it measures.
 
+pub mod choice;
 pub mod cpu;
 pub mod integrand;
+#[cfg(feature = "vulkan")]
+pub mod vulkan;
 
 use crate::error::Result;
 use crate::moments::{BLOCK, BlockTree};
@@ -72,7 +75,7 @@ pub struct Estimate {
 ///     fn shape(&self) -> Shape { Shape { width: 16, height: 16, channels: 1 } } // 256 estimates of the same number
 ///     fn identity(&self) -> String { "darts 1".into() } // names what determines the samples
 ///     fn dependence(&self) -> Dependence { Dependence::Independent }
-///     fn estimate(&self, cell: &Cell, n: u64, previous: Option<Estimate>) -> rootn::Result<Estimate> {
+///     fn estimate(&self, cell: &Cell, n: u64, previous: &mut Option<Estimate>) -> rootn::Result<Estimate> {
 ///         Ok(estimate_by_samples(self.shape(), Sequence::Independent, cell, n, previous, |draw, out| {
 ///             let [x, y, ..] = draw.words(0).map(unit_f32);
 ///             out[0] = if x * x + y * y < 1.0 { 4.0 } else { 0.0 };
@@ -111,8 +114,9 @@ pub trait Estimator: Sync {
         0.0
     }
 
-    /// The estimate of `cell` at `checkpoint` (> 0), continuing `previous` of the same cell where given.
-    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate>;
+    /// The estimate of `cell` at `checkpoint` (> 0), continuing `previous` of the same cell where given. May take what it
+    /// continues; where it fails it leaves it, so that no work is lost.
+    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate>;
 }
 
 impl<E: Estimator + ?Sized> Estimator for &E {
@@ -134,7 +138,7 @@ impl<E: Estimator + ?Sized> Estimator for &E {
     fn setup_seconds(&self) -> f64 {
         (**self).setup_seconds()
     }
-    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> Result<Estimate> {
+    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate> {
         (**self).estimate(cell, checkpoint, previous)
     }
 }
@@ -158,7 +162,7 @@ pub fn estimate_by_samples(
     sequence: Sequence,
     cell: &Cell,
     checkpoint: u64,
-    previous: Option<Estimate>,
+    previous: &mut Option<Estimate>,
     sample: impl Fn(&Draw, &mut [f64]) + Sync,
 ) -> Estimate {
     estimate_by_batches(shape, checkpoint, previous, |pixels, samples, out| {
@@ -173,10 +177,10 @@ pub fn estimate_by_samples(
 pub fn estimate_by_batches(
     shape: Shape,
     checkpoint: u64,
-    previous: Option<Estimate>,
+    previous: &mut Option<Estimate>,
     draw: impl Fn(Range<u32>, Range<u64>, &mut [f64]) + Sync,
 ) -> Estimate {
-    let (tree, spent) = match previous {
+    let (tree, spent) = match previous.take() {
         Some(Estimate { moments: Some(tree), seconds, .. }) => (tree, seconds),
         _ => (BlockTree::new(shape.channels), 0.0),
     };

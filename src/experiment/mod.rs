@@ -4,6 +4,7 @@ pub mod load;
 pub mod plan;
 
 use crate::claim::Claim;
+use crate::estimator::choice::DeviceRequest;
 use crate::estimator::integrand::Integrand;
 use crate::sampling::sequence::Sequence;
 use crate::sampling::strategy::{
@@ -168,6 +169,8 @@ pub struct StrategyEntry {
     pub roulette_depth: Option<Roulette>,
     /// Which transport is estimated.
     pub technique: Option<Technique>,
+    /// auto, cpu, vulkan, vulkan:NAME or vulkan:INDEX; default: what the command line says.
+    pub device: Option<DeviceRequest>,
 }
 
 impl StrategyEntry {

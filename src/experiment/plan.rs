@@ -5,8 +5,10 @@ use super::{Experiment, MaxDepth, ReferenceEntry, SceneEntry};
 use crate::analysis::scene::Reference;
 use crate::error::{Error, Result};
 use crate::estimator::Shape;
-use crate::estimator::cpu::{CpuEstimator, PreparedScene};
+use crate::estimator::choice::{DeviceRequest, PathTracers, Taken};
+use crate::estimator::cpu::PreparedScene;
 use crate::estimator::integrand::{Integrand, IntegrandEstimator};
+use crate::record::DeviceNote;
 use crate::record::image::read_exr;
 use crate::run::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
 use crate::sampling::strategy::Preset;
@@ -17,14 +19,14 @@ use std::sync::Arc;
 /// Replicates of a rendered reference unless the file says otherwise.
 const REFERENCE_REPLICATES: u32 = 32;
 
-/// Builds the plan of an experiment; `path` is its file, `text` what it says.
-pub fn plan(experiment: &Experiment, path: &Path, text: String) -> Result<Plan<'static>> {
-    let mut warnings = Vec::new();
+/// Builds the plan of an experiment; `path` is its file, `text` what it says, `device` where strategies run that name none.
+pub fn plan(experiment: &Experiment, path: &Path, text: String, device: &DeviceRequest) -> Result<Plan<'static>> {
+    let (mut warnings, mut taken) = (Vec::new(), Taken::default());
     let mut scenes = Vec::new();
     for entry in &experiment.scene {
         let scene = match entry.integrand {
             Some(integrand) => integrand_scene(experiment, entry, integrand, path, &text)?,
-            None => rendered_scene(experiment, entry, path, &mut warnings)?,
+            None => rendered_scene(experiment, entry, path, (device, &mut taken), &mut warnings)?,
         };
         check_probes(experiment, &scene, path, &text)?;
         scenes.push(scene);
@@ -44,6 +46,7 @@ pub fn plan(experiment: &Experiment, path: &Path, text: String) -> Result<Plan<'
         log_pixels: experiment.log == super::Log::Pixels,
         scenes,
         claims: experiment.claim.clone(),
+        devices: taken.chosen().map(|c| DeviceNote { name: c.name.clone(), reason: c.reason.clone() }).collect(),
         warnings,
     })
 }
@@ -99,6 +102,7 @@ fn rendered_scene(
     experiment: &Experiment,
     entry: &SceneEntry,
     path: &Path,
+    (device, taken): (&DeviceRequest, &mut Taken),
     warnings: &mut Vec<String>,
 ) -> Result<PlannedScene<'static>> {
     let file = beside(path, entry.file.as_deref().expect("checked on loading"));
@@ -111,22 +115,20 @@ fn rendered_scene(
     }
     warnings.append(&mut scene.warnings);
     let max_depth = scene.depth.max;
-    let prepared = Arc::new(PreparedScene::new(scene)?);
-    let contenders = experiment
-        .strategy
-        .iter()
-        .map(|s| {
-            let (name, strategy) = s.resolve();
-            let estimator = CpuEstimator::new(Arc::clone(&prepared), strategy);
-            Contender { name, device: "cpu".into(), strategy, estimator: Box::new(estimator) }
-        })
-        .collect::<Vec<_>>();
+    let mut tracers = PathTracers::new(Arc::new(PreparedScene::new(scene)?));
+    let mut contenders = Vec::new();
+    for s in &experiment.strategy {
+        let (name, strategy) = s.resolve();
+        let chosen = taken.take(s.device.as_ref().unwrap_or(device))?;
+        let estimator = tracers.estimator(&chosen, strategy)?;
+        contenders.push(Contender { name, device: chosen.name, strategy, estimator });
+    }
     let shape = contenders[0].estimator.shape();
     let reference = match experiment.reference.as_ref().expect("checked on loading") {
         ReferenceEntry { exact: Some(value), .. } => ReferencePlan::Exact(*value),
         ReferenceEntry { image: Some(image), .. } => image_reference(&beside(path, image), shape)?,
         ReferenceEntry { spp, replicates, .. } => ReferencePlan::Rendered {
-            estimator: Box::new(CpuEstimator::new(Arc::clone(&prepared), Preset::Sobol.strategy())),
+            estimator: tracers.estimator(&taken.take(device)?, Preset::Sobol.strategy())?,
             name: "MIS with Sobol points".into(),
             spp: spp.expect("checked on loading"),
             replicates: replicates.unwrap_or(REFERENCE_REPLICATES),

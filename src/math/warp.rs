@@ -222,6 +222,11 @@ static QUANTILES: LazyLock<(Vec<f32>, f32)> = LazyLock::new(|| {
     (quantiles.collect(), tail[0] as f32)
 });
 
+/// The table that [`sample_gaussian`] reads: quantiles of |x|, entry j belonging to the tail probability (j/1024)².
+pub fn gaussian_quantiles() -> &'static [f32] {
+    &QUANTILES.0
+}
+
 /// Point of (−4, 4) with density proportional to exp(−x²/2) − exp(−8): Mitsuba's Gaussian filter in standard deviations.
 /// A table of quantiles with linear interpolation: the probability of each of its 2 × 1024 cells is exact, and so is, to
 /// 1e-6, every moment.

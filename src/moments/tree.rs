@@ -18,7 +18,7 @@ pub const BATCH: u64 = 4 * BLOCK;
 const FOLDED_TOGETHER: usize = 256;
 
 /// How many non-finite samples are located.
-const LOCATED: usize = 16;
+pub(crate) const LOCATED: usize = 16;
 
 /// Moments of the first `samples` samples of every value of a field.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub struct BlockTree {
 }
 
 /// Number of nodes that stand for `samples` samples: one per set bit of the block count, and a partial leaf.
-fn node_count(samples: u64) -> usize {
+pub(crate) fn node_count(samples: u64) -> usize {
     (samples / BLOCK).count_ones() as usize + usize::from(!samples.is_multiple_of(BLOCK))
 }
 

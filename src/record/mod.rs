@@ -47,8 +47,20 @@ pub struct Provenance {
     pub threads: usize,
     /// Experiment seed.
     pub seed: u64,
+    /// Devices that rendered, and why they were taken; empty for integrands.
+    #[serde(default)]
+    pub devices: Vec<DeviceNote>,
     /// Seconds of sampling, everything together (reused cells count with the time they once took).
     pub sampling_seconds: f64,
+}
+
+/// A device and why it was taken.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DeviceNote {
+    /// Its name.
+    pub name: String,
+    /// Why.
+    pub reason: String,
 }
 
 /// A metric and its exact meaning.

@@ -61,6 +61,7 @@ pub fn run(plan: &Plan<'_>, options: &Options) -> Result<(Record, Reuse)> {
             machine: machine(),
             threads: rayon::current_num_threads(),
             seed: plan.seed,
+            devices: plan.devices.clone(),
             sampling_seconds: scenes.iter().map(sampling_seconds).sum(),
         },
         metrics: plan.metrics.iter().map(|m| m.info()).collect(),
@@ -101,6 +102,7 @@ pub fn quick(name: &str, estimator: &dyn Estimator, exact: f64, samples: u64, re
             max_depth: None,
         }],
         claims: Vec::new(),
+        devices: Vec::new(),
         warnings: Vec::new(),
     };
     let options = Options { out: folder.path().to_owned(), fresh: true, quiet: true };
@@ -213,7 +215,7 @@ impl<'a> Runner<'a> {
             let track = self.track(&*c.estimator, &c.strategy, Role::Run, 0);
             let last = *self.plan.checkpoints.last().expect("a plan has checkpoints");
             if self.fresh || !self.folder(&track, last).has(last) {
-                c.estimator.estimate(&Cell { key: track.key, length: 1 }, 1, None)?;
+                c.estimator.estimate(&Cell { key: track.key, length: 1 }, 1, &mut None)?;
             }
         }
         Ok(())
@@ -269,12 +271,12 @@ impl<'a> Runner<'a> {
             Err(e) => return Err(e),
             Ok(None) => {}
         }
-        let current = self.resume(track, &folder, n)?;
+        track.current = self.resume(track, &folder, n)?;
         // What a killed run left no state of is sampled again.
-        let again = before.saturating_sub(current.as_ref().map_or(0, |e| e.abscissa));
+        let again = before.saturating_sub(track.current.as_ref().map_or(0, |e| e.abscissa));
         self.bar.inc_length(again.saturating_mul(shape.pixels() as u64));
         let cell = Cell { key: track.key, length: n };
-        let (estimate, interrupted) = sample(track.estimator, &cell, n, current, &self.bar)?;
+        let (estimate, interrupted) = sample(track.estimator, &cell, n, &mut track.current, &self.bar)?;
         if interrupted && estimate.abscissa < n {
             folder.save_state(&estimate, shape.pixels(), shape.channels)?;
             return Err(Error::Interrupted);

@@ -3,6 +3,7 @@
 use crate::analysis::scene::Reference;
 use crate::claim::Claim;
 use crate::estimator::Estimator;
+use crate::record::DeviceNote;
 use crate::sampling::Strategy;
 use crate::stats::Metric;
 use std::path::PathBuf;
@@ -33,6 +34,8 @@ pub struct Plan<'a> {
     pub scenes: Vec<PlannedScene<'a>>,
     /// Claims to judge.
     pub claims: Vec<Claim>,
+    /// Devices that were taken, and why.
+    pub devices: Vec<DeviceNote>,
     /// What was found odd while planning.
     pub warnings: Vec<String>,
 }

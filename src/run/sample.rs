@@ -17,12 +17,13 @@ pub fn interrupt() {
 /// Longest stretch of sampling between looks at the interrupt flag.
 const SLICE: Duration = Duration::from_secs(2);
 
-/// Samples a cell up to `n` per value, or until interrupted (second part of the result): about two seconds at a time.
+/// Samples a cell up to `n` per value, or until interrupted (second part of the result): about two seconds at a time. Takes
+/// `current`; after an error it holds all that was sampled before.
 pub fn sample(
     estimator: &dyn Estimator,
     cell: &Cell,
     n: u64,
-    mut current: Option<Estimate>,
+    current: &mut Option<Estimate>,
     bar: &ProgressBar,
 ) -> Result<(Estimate, bool)> {
     let pixels = estimator.shape().pixels() as u64;
@@ -31,13 +32,13 @@ pub fn sample(
     }
     loop {
         let before = current.as_ref().map_or(0, |e| e.abscissa);
-        let estimate = estimator.estimate(cell, next_step(current.as_ref(), n), current.take())?;
+        let estimate = estimator.estimate(cell, next_step(current.as_ref(), n), current)?;
         bar.inc((estimate.abscissa - before).saturating_mul(pixels));
         let interrupted = INTERRUPTED.load(Ordering::SeqCst);
         if interrupted || estimate.abscissa >= n {
             return Ok((estimate, interrupted));
         }
-        current = Some(estimate);
+        *current = Some(estimate);
     }
 }
 

@@ -27,6 +27,11 @@ impl Discrete {
         self.first.is_empty()
     }
 
+    /// The smallest word of each outcome.
+    pub fn thresholds(&self) -> &[u32] {
+        &self.first
+    }
+
     /// The outcome that a word stands for. The table must not be empty.
     #[inline(always)]
     pub fn pick(&self, word: u32) -> usize {

@@ -1,6 +1,7 @@
 //! A scene as flat arrays, ready for upload, and the checks that make it safe to trace.
 
 pub mod camera;
+pub mod effects;
 mod filter;
 pub mod format;
 pub mod light;
@@ -12,6 +13,7 @@ use crate::math::Vec3;
 use std::path::PathBuf;
 
 pub use camera::{Camera, Film, Filter};
+pub use effects::Effects;
 pub use light::Light;
 pub use material::Material;
 pub use shape::{Geometry, Shape};

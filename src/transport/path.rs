@@ -36,26 +36,26 @@ pub struct PathTracer<'a> {
 /// so in closed surroundings of albedo ρ the variance is finite only for ρ² < this: 0.95, as in other renderers, is too small.
 const LARGEST_SURVIVAL: f32 = 0.999;
 
+/// Longest path in edges, and the depth from which roulette may end a path; `u32::MAX` = never.
+pub fn depths(scene: &Scene, strategy: &Strategy) -> (u32, u32) {
+    let unbounded = scene.depth.max.unwrap_or(u32::MAX);
+    let max = match strategy.technique {
+        Technique::Path => unbounded,
+        Technique::Direct => unbounded.min(2),
+    };
+    let roulette = match strategy.roulette {
+        None => scene.depth.roulette,
+        Some(Roulette::Depth(n)) => n,
+        Some(Roulette::Never(NoRoulette::None)) => u32::MAX,
+    };
+    (max, roulette)
+}
+
 impl<'a> PathTracer<'a> {
     /// `lights` must be made for the scene and the strategy.
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a LightSampler, strategy: Strategy) -> Self {
-        let unbounded = scene.depth.max.unwrap_or(u32::MAX);
-        Self {
-            scene,
-            bvh,
-            lights,
-            strategy,
-            max_depth: match strategy.technique {
-                Technique::Path => unbounded,
-                Technique::Direct => unbounded.min(2),
-            },
-            roulette_depth: match strategy.roulette {
-                None => scene.depth.roulette,
-                Some(Roulette::Depth(n)) => n,
-                Some(Roulette::Never(NoRoulette::None)) => u32::MAX,
-            },
-            environment: environment(scene),
-        }
+        let (max_depth, roulette_depth) = depths(scene, &strategy);
+        Self { scene, bvh, lights, strategy, max_depth, roulette_depth, environment: environment(scene) }
     }
 
     /// The ray through a film position drawn from the pixel filter.

@@ -45,7 +45,7 @@ fn with_checkpoints(estimator: &CpuEstimator, cell: &Cell, folder: &Path) {
     folder.remove().unwrap();
     let (mut estimate, mut saving): (Option<Estimate>, _) = (None, Saving::default());
     for n in (0..=SPP.trailing_zeros()).map(|k| 1 << k) {
-        let next = estimator.estimate(cell, n, estimate.take()).unwrap();
+        let next = estimator.estimate(cell, n, &mut estimate).unwrap();
         folder.save_checkpoint(n, &Checkpoint::of(&next)).unwrap();
         if n == SPP || saving.is_worth_it(next.seconds) {
             saving.write(&folder, &next, shape.pixels(), shape.channels).unwrap();
@@ -67,7 +67,7 @@ fn report(name: &str, path: &Path, folder: &Path) {
     let mut wall = Vec::new();
     let free: Vec<f64> = (0..BATCH * 3).map(|i| (i * 37 % 101) as f64).collect();
     for _ in 0..ROUNDS {
-        let [cpu, elapsed] = timed(|| drop(black_box(estimator.estimate(&cell, SPP, None))));
+        let [cpu, elapsed] = timed(|| drop(black_box(estimator.estimate(&cell, SPP, &mut None))));
         seconds[0].push(cpu);
         wall.push(elapsed);
         // The same bookkeeping for samples that cost nothing, ten times, to be seen at all.

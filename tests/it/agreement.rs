@@ -196,7 +196,7 @@ impl Difference {
 fn render(estimator: &impl Estimator, seed: u64, replicates: u32, spp: u64) -> Vec<Vec<f64>> {
     let run = |replicate| {
         let cell = Cell { key: Key::new(seed, Role::Run, &estimator.identity(), replicate), length: spp };
-        let estimate = estimator.estimate(&cell, spp, None).unwrap();
+        let estimate = estimator.estimate(&cell, spp, &mut None).unwrap();
         assert_eq!(estimate.moments.unwrap().fold().iter().map(|m| m.non_finite).sum::<u64>(), 0);
         estimate.field
     };
@@ -396,7 +396,7 @@ impl Estimator for Naive {
         Dependence::Independent
     }
 
-    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> rootn::Result<Estimate> {
+    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> rootn::Result<Estimate> {
         Ok(estimate_by_samples(self.shape(), Sequence::Independent, cell, checkpoint, previous, |draw, out| {
             let c = self.sample(draw);
             out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);

@@ -16,7 +16,7 @@ const PIXELS: usize = 6;
 
 fn estimate() -> Estimate {
     let estimator = IntegrandEstimator { integrand: Integrand::Root, size: [3, 2], sequence: Sequence::Independent };
-    estimator.estimate(&Cell { key: Key([1, 2]), length: SAMPLES }, SAMPLES, None).unwrap()
+    estimator.estimate(&Cell { key: Key([1, 2]), length: SAMPLES }, SAMPLES, &mut None).unwrap()
 }
 
 struct Kept {

@@ -321,8 +321,8 @@ fn measure(scene: &Arc<PreparedScene>, strategy: Strategy, precision: f64, role:
     let mut previous: Option<Estimate> = None;
     let mut spp = 64;
     loop {
-        let kept = previous.take().filter(|_| estimator.progressive());
-        let estimate = estimator.estimate(&Cell { key, length: spp }, spp, kept).unwrap();
+        let mut kept = previous.take().filter(|_| estimator.progressive());
+        let estimate = estimator.estimate(&Cell { key, length: spp }, spp, &mut kept).unwrap();
         let mean = mean(&estimate, estimator.dependence());
         let relative = mean.std_error / mean.mean;
         if relative <= precision {
@@ -403,7 +403,7 @@ fn roulette_in_white_surroundings_has_the_variance_it_should() {
     let estimator = CpuEstimator::new(scene, Preset::Cosine.strategy());
     let key = Key::new(seed("closed forms"), Role::Run, "roulette", 0);
     let (spp, rho) = (1024, f64::from(0.99f32));
-    let estimate = estimator.estimate(&Cell { key, length: spp }, spp, None).unwrap();
+    let estimate = estimator.estimate(&Cell { key, length: spp }, spp, &mut None).unwrap();
     let all = estimate.moments.unwrap().fold().into_iter().step_by(3).fold(Moments::default(), |a, m| a.merge(&m));
     let exact = rho * form.exact * form.exact;
     let n = all.n as f64;

@@ -39,7 +39,7 @@ pub(crate) fn experiment(folder: &Path, scene: &Path, spp: u64, rest: &str) -> P
 /// Runs an experiment file in this process.
 pub(crate) fn run_file(path: &Path, out: &Path, fresh: bool) -> rootn::Result<(Record, Reuse)> {
     let (parsed, text) = load::load(path, &[])?;
-    let plan = plan::plan(&parsed, path, text)?;
+    let plan = plan::plan(&parsed, path, text, &DeviceRequest::Cpu)?;
     let (record, reuse) = run(&plan, &Options { out: out.to_owned(), fresh, quiet: true })?;
     rootn::report::write(&record, &out.join(&record.name))?;
     Ok((record, reuse))
@@ -151,7 +151,7 @@ fn the_order_of_pixels_leaves_no_trace() {
     for preset in [Preset::Mis, Preset::Stratified, Preset::Sobol] {
         let strategy = preset.strategy();
         let estimator = CpuEstimator::new(Arc::clone(&prepared), strategy);
-        let whole = estimator.estimate(&cell, 150, None).unwrap().moments.unwrap();
+        let whole = estimator.estimate(&cell, 150, &mut None).unwrap().moments.unwrap();
         let per_pixel = whole.nodes().len() / 35;
         let mut nodes = whole.nodes().to_vec();
         nodes.fill(Default::default());
@@ -186,11 +186,11 @@ fn continued_estimates_have_the_bits_of_whole_ones() {
         estimators.push(Box::new(IntegrandEstimator { integrand: Integrand::ProductPeak6d, size: [4, 4], sequence }));
     }
     for estimator in estimators {
-        let whole = estimator.estimate(&cell, 200, None).unwrap();
+        let whole = estimator.estimate(&cell, 200, &mut None).unwrap();
         for steps in [vec![1, 2, 4, 200], vec![64, 128, 200], vec![63, 65, 199, 200]] {
             let mut estimate = None;
             for n in steps {
-                estimate = Some(estimator.estimate(&cell, n, estimate).unwrap());
+                estimate = Some(estimator.estimate(&cell, n, &mut estimate).unwrap());
             }
             let estimate = estimate.unwrap();
             assert!(estimate.field == whole.field && estimate.moments == whole.moments, "{}", estimator.identity());

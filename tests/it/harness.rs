@@ -30,7 +30,7 @@ impl Estimator for Counting<'_> {
     fn progressive(&self) -> bool {
         self.inner.progressive()
     }
-    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: Option<Estimate>) -> rootn::Result<Estimate> {
+    fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> rootn::Result<Estimate> {
         let before = previous.as_ref().map_or(0, |p| p.abscissa);
         self.drawn.fetch_add((checkpoint - before) * self.shape().pixels() as u64, Ordering::Relaxed);
         self.inner.estimate(cell, checkpoint, previous)
@@ -65,6 +65,7 @@ fn counted(out: &Path, sequence: Sequence, checkpoints: Vec<u64>, fresh: bool) -
             max_depth: None,
         }],
         claims: Vec::new(),
+        devices: Vec::new(),
         warnings: Vec::new(),
     };
     let options = Options { out: out.to_owned(), fresh, quiet: true };

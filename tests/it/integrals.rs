@@ -99,6 +99,7 @@ fn measured(test: &str, integrand: Integrand, sequences: &[Sequence], samples: u
             max_depth: None,
         }],
         claims: Vec::new(),
+        devices: Vec::new(),
         warnings: Vec::new(),
     };
     let options = Options { out: out.path().to_owned(), fresh: false, quiet: true };

@@ -225,7 +225,7 @@ fn samples_do_not_depend_on_their_wave() {
         for (strategy, n) in strategies.flat_map(|s| [(s, 100), (s, 128)]) {
             let estimator = CpuEstimator::new(prepared.clone(), strategy);
             let cell = |seed| Cell { key: Key::new(seed, Role::Run, "waves", 0), length: n };
-            let whole = estimator.estimate(&cell(1), n, None).unwrap();
+            let whole = estimator.estimate(&cell(1), n, &mut None).unwrap();
             let one_by_one =
                 estimate_by_samples(estimator.shape(), strategy.sequence, &cell(1), n, None, |draw, out| {
                     let c = estimator.sample_with(draw, &mut NoSink);
@@ -233,11 +233,11 @@ fn samples_do_not_depend_on_their_wave() {
                 });
             assert!(whole.moments == one_by_one.moments, "{}: {strategy:?}", path.display());
             if estimator.progressive() {
-                let part = estimator.estimate(&cell(1), 37, None).unwrap();
-                let resumed = estimator.estimate(&cell(1), n, Some(part)).unwrap();
+                let part = estimator.estimate(&cell(1), 37, &mut None).unwrap();
+                let resumed = estimator.estimate(&cell(1), n, &mut Some(part)).unwrap();
                 assert!(whole.moments == resumed.moments, "{}: {strategy:?}", path.display());
             }
-            let other = estimator.estimate(&cell(2), n, None).unwrap();
+            let other = estimator.estimate(&cell(2), n, &mut None).unwrap();
             assert!(whole.moments != other.moments, "{}: the comparison cannot fail", path.display());
         }
     }

@@ -196,9 +196,9 @@ impl Patch {
 pub(super) struct Parallelogram {
     pub(super) patch: Patch,
     /// u × v; its length is the area.
-    normal: Vec3,
+    pub(super) normal: Vec3,
     /// Unit edges and their lengths, if they are orthogonal to rounding.
-    sides: Option<[(Vec3, f32); 2]>,
+    pub(super) sides: Option<[(Vec3, f32); 2]>,
 }
 
 impl Parallelogram {
@@ -249,12 +249,12 @@ impl Parallelogram {
 #[derive(Clone, Debug)]
 pub(super) struct MeshEmitter {
     /// Triangles that have an area, as indices into the scene's.
-    triangles: Vec<u32>,
-    choice: Discrete,
+    pub(super) triangles: Vec<u32>,
+    pub(super) choice: Discrete,
     /// The scene's index of the mesh's first triangle.
-    start: u32,
+    pub(super) start: u32,
     /// For each triangle of the mesh: its probability, and that over its area. 0 without an area.
-    densities: Vec<(Pmf, Area)>,
+    pub(super) densities: Vec<(Pmf, Area)>,
 }
 
 impl MeshEmitter {
@@ -314,7 +314,7 @@ impl MeshEmitter {
 }
 
 #[inline(always)]
-fn sphere_density(radius: f32) -> Area {
+pub(super) fn sphere_density(radius: f32) -> Area {
     Area(1.0 / (2.0 * TAU * radius * radius))
 }
 

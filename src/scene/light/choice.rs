@@ -65,9 +65,9 @@ pub struct LightSampler {
     /// Whether all entries are parallelograms, sampled by area.
     pub(super) patches_alone: bool,
     /// Entry of each shape, or [`ABSENT`].
-    of_shape: Vec<u32>,
+    pub(super) of_shape: Vec<u32>,
     /// Density of any direction to the environment.
-    environment_pdf: f32,
+    pub(super) environment_pdf: f32,
     solid_angle: bool,
 }
 

@@ -5,11 +5,13 @@ mod choice;
 mod constant;
 mod lanes;
 mod point;
+mod tables;
 
 pub use area::emitted;
 pub use choice::{LightSample, LightSampler, LightTarget};
 pub use constant::environment;
 pub use lanes::LightSamples;
+pub use tables::{LightEntry, LightTables};
 
 use crate::math::{Rgb, Vec3};
 

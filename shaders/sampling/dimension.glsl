@@ -1,0 +1,12 @@
+// Twin of src/sampling/dimension.rs.
+#ifndef SAMPLING_DIMENSION
+#define SAMPLING_DIMENSION
+
+const uint DECISION_DIRECTION = 0u;
+const uint DECISION_LIGHT = 1u;
+const uint DECISION_SLOTS = 2u;
+
+uint group(uint vertex, uint decision) {
+    return vertex * DECISION_SLOTS + decision;
+}
+#endif

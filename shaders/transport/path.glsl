@@ -1,0 +1,178 @@
+// Twin of src/transport/path.rs, one path at a time. The including entry brings trace_closest and trace_occluded.
+#ifndef TRANSPORT_PATH
+#define TRANSPORT_PATH
+
+#include "accel/surface.glsl"
+#include "math/frame.glsl"
+#include "sampling/dimension.glsl"
+#include "sampling/heuristic.glsl"
+#include "sampling/rng.glsl"
+#include "sampling/sequence/sequence.glsl"
+#include "sampling/strategy.glsl"
+#include "scene/camera.glsl"
+#include "scene/light/choice.glsl"
+#include "scene/material/material.glsl"
+#include "transport/specialise.glsl"
+#include "transport/tracer.glsl"
+
+const float LARGEST_SURVIVAL = 0.999;
+
+uint directions(TracerAt tracer) { return SPECIALISED ? DIRECTIONS : tracer.it.directions; }
+uint lights_mode(TracerAt tracer) { return SPECIALISED ? LIGHTS : tracer.it.lights_mode; }
+uint heuristic(TracerAt tracer) { return SPECIALISED ? HEURISTIC : tracer.it.heuristic; }
+uint sequence(TracerAt tracer) { return SPECIALISED ? SEQUENCE : tracer.it.sequence; }
+uint max_depth(TracerAt tracer) { return SPECIALISED ? MAX_DEPTH : tracer.it.max_depth; }
+uint roulette_depth(TracerAt tracer) { return SPECIALISED ? ROULETTE_DEPTH : tracer.it.roulette_depth; }
+
+struct Path {
+    Ray ray;
+    vec3 wo;
+    vec3 beta;
+    vec3 radiance;
+    // Density and origin of the last drawn direction.
+    float pdf;
+    vec3 p;
+    uint depth;
+};
+
+struct Vertex {
+    SurfacePoint at;
+    uint front;
+    uint back;
+    // Index of the light, or NONE.
+    uint light;
+};
+
+void path_start(TracerAt tracer, Draw draw, out Path path) {
+    uvec4 words = draw_words(sequence(tracer), draw, group(0u, DECISION_DIRECTION));
+    vec3 origin, direction;
+    float t_max;
+    vec2 u = vec2(unit_f32(words.x), unit_f32(words.y));
+    camera_ray(tracer.it.camera, tracer.it.film, tracer.it.quantiles, draw.pixel, u, origin, direction, t_max);
+    path.ray = ray_new(origin, direction, t_max);
+    path.wo = -normalize3(direction);
+    path.beta = vec3(1.0);
+    path.radiance = vec3(0.0);
+    path.pdf = 0.0;
+    path.p = vec3(0.0);
+    path.depth = 1u;
+}
+
+Vertex path_vertex(TracerAt tracer, Ray ray, Hit hit) {
+    Vertex vertex;
+    if (has(EFFECT_TRIANGLES) && (!has(EFFECT_QUADRICS) || hit.primitive < tracer.it.triangle_count)) {
+        Surface surface = tracer.it.surfaces.at[hit.primitive];
+        vertex.at = surface_point_triangle(surface, hit, has(EFFECT_SMOOTH_NORMALS), tracer.it.vertices, tracer.it.normals);
+        vertex.front = surface.front;
+        vertex.back = surface.back;
+        vertex.light = NONE;
+        if (has(EFFECT_EMITTING_SURFACES) && (surface.flags & SURFACE_LIGHT) != 0u) {
+            vertex.light = tracer.it.shapes.at[surface.shape].light;
+        }
+    } else {
+        uint index = hit.primitive - tracer.it.triangle_count;
+        Shape shape = tracer.it.shapes.at[index];
+        vertex.at = surface_point_quadric(tracer.it.quadrics.at[shape.quadric], ray, hit, index);
+        vertex.front = shape.front;
+        vertex.back = shape.back;
+        vertex.light = shape.light;
+    }
+    return vertex;
+}
+
+float weight_of_direction(TracerAt tracer, float pdf_direction, float pdf_light) {
+    uint h = heuristic(tracer);
+    return h == HEURISTIC_NONE ? (pdf_light <= 0.0 ? 1.0 : 0.0) : heuristic_weight(h, pdf_direction, pdf_light);
+}
+
+vec3 path_met(TracerAt tracer, Path path, vec3 carried, float pdf_light) {
+    float weight = path.depth > 1u ? weight_of_direction(tracer, path.pdf, pdf_light) : 1.0;
+    return carried * weight;
+}
+
+vec3 path_emission(TracerAt tracer, Path path, Vertex vertex) {
+    vec3 radiance = tracer.it.radiances.at[vertex.light];
+    if (!(dot3(vertex.at.ng, path.wo) > 0.0) || radiance == vec3(0.0)) return vec3(0.0);
+    float pdf_light = 0.0;
+    if (has(EFFECT_SAMPLED_LIGHTS) && path.depth > 1u && lights_mode(tracer) != LIGHTS_NONE) {
+        pdf_light = light_sampler_pdf(tracer.it.lights, tracer.it.surfaces, lights_mode(tracer), path.p, -path.wo, vertex.at,
+            vertex.at.triangle);
+    }
+    return path_met(tracer, path, path.beta * radiance, pdf_light);
+}
+
+vec3 path_escape(TracerAt tracer, Path path) {
+    vec3 environment = tracer.it.environment;
+    if (environment == vec3(0.0)) return vec3(0.0);
+    float pdf_light = path.depth > 1u ? tracer.it.lights.environment_pdf : 0.0;
+    return path_met(tracer, path, path.beta * environment, pdf_light);
+}
+
+// Next-event estimation.
+vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, vec3 normal, Material material) {
+    uvec4 words = draw_words(sequence(tracer), draw, group(path.depth, DECISION_LIGHT));
+    LightSample light;
+    if (!light_sampler_sample(tracer.it.lights, tracer.it.surfaces, lights_mode(tracer), vertex.at.p, words, light)) {
+        return vec3(0.0);
+    }
+    Frame frame = frame_new(normal);
+    vec3 wo = frame_to_local(frame, path.wo), wi = frame_to_local(frame, light.wi);
+    vec3 f = material_eval(material, wo, wi);
+    if (f == vec3(0.0)) return vec3(0.0);
+    bool only_light = light.delta || heuristic(tracer) == HEURISTIC_NONE;
+    float pdf_direction = only_light ? 0.0 : material_pdf(material, directions(tracer), wo, wi);
+    Endpoint from = endpoint_of(vertex.at);
+    Ray shadow;
+    if (light.direction_only) {
+        shadow = leave(from, light.wi);
+    } else {
+        shadow = segment(from, light.to);
+    }
+    if (trace_occluded(tracer, shadow)) return vec3(0.0);
+    float scale = heuristic_weight(heuristic(tracer), light.pdf, pdf_direction) / light.pdf;
+    return path.beta * f * light.emitted * scale;
+}
+
+// Draws the next direction and plays roulette; false: the path ends.
+bool path_bounce(TracerAt tracer, Draw draw, inout Path path, Vertex vertex, vec3 normal, Material material) {
+    uvec4 words = draw_words(sequence(tracer), draw, group(path.depth, DECISION_DIRECTION));
+    Frame frame = frame_new(normal);
+    vec3 wo = frame_to_local(frame, path.wo), wi;
+    float pdf;
+    if (!material_sample(material, directions(tracer), wo, words, wi, pdf)) return false;
+    path.beta *= material_eval(material, wo, wi) / pdf;
+    if (path.beta == vec3(0.0)) return false;
+    vec3 direction = frame_to_world(frame, wi);
+    path.wo = -direction;
+    path.pdf = pdf;
+    path.p = vertex.at.p;
+    path.ray = leave(endpoint_of(vertex.at), direction);
+    if (path.depth >= roulette_depth(tracer)) {
+        float largest = max_element3(path.beta);
+        float survival = largest < LARGEST_SURVIVAL ? largest : LARGEST_SURVIVAL;
+        if (unit_f32(words.w) >= survival) return false;
+        path.beta /= survival;
+    }
+    return true;
+}
+
+// The next edge: what it meets, the light that is scattered there, and where it goes on. False: the path ends.
+bool path_advance(TracerAt tracer, Draw draw, inout Path path) {
+    Hit hit;
+    if (!trace_closest(tracer, path.ray, hit)) {
+        if (has(EFFECT_ENVIRONMENT)) path.radiance += path_escape(tracer, path);
+        return false;
+    }
+    Vertex vertex = path_vertex(tracer, path.ray, hit);
+    if (has(EFFECT_EMITTING_SURFACES) && vertex.light != NONE) path.radiance += path_emission(tracer, path, vertex);
+    if (path.depth >= max_depth(tracer)) return false;
+    float cos = dot3(vertex.at.ns, path.wo);
+    Material material = tracer.it.materials.at[cos > 0.0 ? vertex.front : vertex.back];
+    if (cos == 0.0 || material.kind == MATERIAL_BLACK) return false;
+    vec3 normal = vertex.at.ns * copysign1(1.0, cos);
+    if (has(EFFECT_SAMPLED_LIGHTS)) path.radiance += path_light(tracer, draw, path, vertex, normal, material);
+    if (!path_bounce(tracer, draw, path, vertex, normal, material)) return false;
+    path.depth += 1u;
+    return true;
+}
+#endif

@@ -1,0 +1,26 @@
+// What is fixed when the kernel is made: only the effects that the scene calls for, only what the strategy does.
+#ifndef TRANSPORT_SPECIALISE
+#define TRANSPORT_SPECIALISE
+
+layout(constant_id = 1) const bool SPECIALISED = false;
+layout(constant_id = 2) const uint EFFECTS = 0xFFFFFFFFu;
+layout(constant_id = 3) const uint LIGHT_KINDS = 0xFFFFFFFFu;
+layout(constant_id = 4) const uint DIRECTIONS = 0;
+layout(constant_id = 5) const uint LIGHTS = 0;
+layout(constant_id = 6) const uint HEURISTIC = 0;
+layout(constant_id = 7) const uint SEQUENCE = 0;
+layout(constant_id = 8) const uint MAX_DEPTH = 0;
+layout(constant_id = 9) const uint ROULETTE_DEPTH = 0;
+
+// Twins of src/scene/effects.rs.
+const uint EFFECT_TRIANGLES = 1u;
+const uint EFFECT_QUADRICS = 2u;
+const uint EFFECT_SMOOTH_NORMALS = 4u;
+const uint EFFECT_EMITTING_SURFACES = 8u;
+const uint EFFECT_ENVIRONMENT = 16u;
+const uint EFFECT_SAMPLED_LIGHTS = 32u;
+
+bool has(uint effect) {
+    return (EFFECTS & effect) != 0u;
+}
+#endif

@@ -1,0 +1,265 @@
+//! A scene and a strategy in device memory, in the layout of `shaders/transport/tracer.glsl`.
+
+use super::buffer::Buffer;
+use super::commands::Commands;
+use crate::accel::compact::{CompactBvh, CompactTree};
+use crate::error::Result;
+use crate::math::{Rgb, Vec3, warp};
+use crate::sampling::strategy::{Heuristic, Lights, Strategy};
+use crate::sampling::{Sequence, strategy::Directions};
+use crate::scene::light::{LightTables, environment};
+use crate::scene::{Effects, Filter, Geometry, Light, Material, Scene};
+use bytemuck::{Pod, Zeroable};
+
+/// The scene's part, shared by all strategies.
+pub(super) struct SceneBuffers {
+    quantiles: Buffer,
+    triangle_nodes: Buffer,
+    quadric_nodes: Buffer,
+    triangles: Buffer,
+    quadrics: Buffer,
+    surfaces: Buffer,
+    vertices: Buffer,
+    normals: Buffer,
+    shapes: Buffer,
+    materials: Buffer,
+    radiances: Buffer,
+    triangle_tree: (u32, [[f32; 3]; 2]),
+    quadric_tree: (u32, [[f32; 3]; 2]),
+    /// Entries that a walk's stack needs at most.
+    pub(super) stack: u32,
+}
+
+impl SceneBuffers {
+    pub(super) fn new(commands: &mut Commands, scene: &Scene, bvh: &CompactBvh) -> Result<Self> {
+        let mut up = |bytes: &[u8]| commands.upload(bytes);
+        let smooth = Effects::of(scene, false).contains(Effects::SMOOTH_NORMALS);
+        let vertices: Vec<[u32; 3]> =
+            if smooth { scene.triangles.iter().map(|t| t.vertices).collect() } else { Vec::new() };
+        let normals: &[Vec3] = if smooth { &scene.normals } else { &[] };
+        let mut quadrics = 0..;
+        let shapes: Vec<[u32; 4]> = scene
+            .shapes
+            .iter()
+            .map(|s| {
+                let flat = matches!(s.geometry, Geometry::Mesh { .. } | Geometry::Rectangle { .. });
+                let quadric = if flat { None } else { quadrics.next() };
+                [s.front, s.back, s.light.unwrap_or(u32::MAX), quadric.unwrap_or(u32::MAX)]
+            })
+            .collect();
+        let material = |m: &Material| match *m {
+            Material::Black => (Rgb::ZERO, 0),
+            Material::Diffuse { reflectance } => (reflectance, 1u32),
+        };
+        let materials: Vec<[u32; 4]> = scene
+            .materials
+            .iter()
+            .map(|m| {
+                let (r, kind) = material(m);
+                [r.x.to_bits(), r.y.to_bits(), r.z.to_bits(), kind]
+            })
+            .collect();
+        let radiance = |l: &Light| match *l {
+            Light::Area { radiance, .. } => radiance,
+            Light::Point { .. } | Light::Constant { .. } => Rgb::ZERO,
+        };
+        let radiances: Vec<Rgb> = scene.lights.iter().map(radiance).collect();
+        let tree = |t: &CompactTree| (t.root, t.bounds);
+        Ok(Self {
+            quantiles: up(bytemuck::cast_slice(warp::gaussian_quantiles()))?,
+            triangle_nodes: up(bytemuck::cast_slice(&bvh.triangle_tree.nodes))?,
+            quadric_nodes: up(bytemuck::cast_slice(&bvh.quadric_tree.nodes))?,
+            triangles: up(bytemuck::cast_slice(&bvh.triangles))?,
+            quadrics: up(bytemuck::cast_slice(&bvh.quadrics))?,
+            surfaces: up(bytemuck::cast_slice(&bvh.surfaces))?,
+            vertices: up(bytemuck::cast_slice(&vertices))?,
+            normals: up(bytemuck::cast_slice(normals))?,
+            shapes: up(bytemuck::cast_slice(&shapes))?,
+            materials: up(bytemuck::cast_slice(&materials))?,
+            radiances: up(bytemuck::cast_slice(&radiances))?,
+            triangle_tree: tree(&bvh.triangle_tree),
+            quadric_tree: tree(&bvh.quadric_tree),
+            stack: bvh.triangle_tree.depth.max(bvh.quadric_tree.depth).max(1),
+        })
+    }
+}
+
+/// A strategy's part.
+pub(super) struct TracerBuffers {
+    _lights: [Buffer; 6],
+    pub(super) tracer: Buffer,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct TreeAt {
+    nodes: u64,
+    bounds: [[f32; 3]; 2],
+    root: u32,
+    pad: u32,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Tracer {
+    origin: [f32; 3],
+    near: f32,
+    corner: [f32; 3],
+    far: f32,
+    across: [f32; 3],
+    down: [f32; 3],
+    film_size: [u32; 2],
+    crop_offset: [u32; 2],
+    crop_size: [u32; 2],
+    filter_kind: u32,
+    filter_width: f32,
+    quantiles: u64,
+    triangle_tree: TreeAt,
+    quadric_tree: TreeAt,
+    triangles: u64,
+    quadrics: u64,
+    surfaces: u64,
+    vertices: u64,
+    normals: u64,
+    shapes: u64,
+    materials: u64,
+    radiances: u64,
+    top_level: u64,
+    lights: LightsAt,
+    environment: [f32; 3],
+    triangle_count: u32,
+    settings: Settings,
+}
+
+/// `LightSampler` of `shaders/scene/scene.glsl`.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct LightsAt {
+    tables: [u64; 6],
+    entry_count: u32,
+    environment_pdf: f32,
+}
+
+/// What kernels are specialised for, in the order of their constants from [`FIRST_SETTING`] on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Settings {
+    pub(super) effects: u32,
+    pub(super) light_kinds: u32,
+    directions: u32,
+    lights: u32,
+    heuristic: u32,
+    sequence: u32,
+    max_depth: u32,
+    roulette_depth: u32,
+}
+
+/// Id of the first specialization constant that stands for a setting: see `shaders/transport/specialise.glsl`.
+const FIRST_SETTING: u32 = 2;
+
+impl Settings {
+    pub(super) fn new(
+        strategy: &Strategy,
+        (max_depth, roulette_depth): (u32, u32),
+        effects: Effects,
+        light_kinds: u32,
+    ) -> Self {
+        Self {
+            effects: effects.bits(),
+            light_kinds,
+            directions: match strategy.directions {
+                Directions::Uniform => 0,
+                Directions::Cosine => 1,
+                Directions::Bsdf => 2,
+            },
+            lights: match strategy.lights {
+                Lights::None => 0,
+                Lights::Area => 1,
+                Lights::SolidAngle => 2,
+            },
+            heuristic: match strategy.heuristic {
+                Heuristic::None => 0,
+                Heuristic::Balance => 1,
+                Heuristic::Power => 2,
+                Heuristic::Cutoff => 3,
+                Heuristic::Maximum => 4,
+            },
+            sequence: match strategy.sequence {
+                Sequence::Independent => 0,
+                Sequence::Stratified => 1,
+                Sequence::LatinHypercube => 2,
+                Sequence::Sobol => 3,
+            },
+            max_depth,
+            roulette_depth,
+        }
+    }
+
+    /// As specialization constants (id, value).
+    pub(super) fn constants(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let words: [u32; 8] = bytemuck::cast(*self);
+        (FIRST_SETTING..).zip(words)
+    }
+}
+
+impl TracerBuffers {
+    pub(super) fn new(
+        commands: &mut Commands,
+        scene: &Scene,
+        buffers: &SceneBuffers,
+        lights: &LightTables,
+        settings: Settings,
+    ) -> Result<Self> {
+        let mut up = |bytes: &[u8]| commands.upload(bytes);
+        let tables = [
+            up(bytemuck::cast_slice(&lights.entries))?,
+            up(bytemuck::cast_slice(&lights.choice))?,
+            up(bytemuck::cast_slice(&lights.of_shape))?,
+            up(bytemuck::cast_slice(&lights.drawn_triangles))?,
+            up(bytemuck::cast_slice(&lights.drawn_first))?,
+            up(bytemuck::cast_slice(&lights.densities))?,
+        ];
+        let (camera, film, b) = (&scene.camera, &scene.film, buffers);
+        let (filter_kind, filter_width) = match film.filter {
+            Filter::Box => (0, 0.0),
+            Filter::Tent { radius } => (1, radius),
+            Filter::Gaussian { stddev } => (2, stddev),
+        };
+        let tree = |(root, bounds): (u32, _), nodes: &Buffer| TreeAt { nodes: nodes.address, bounds, root, pad: 0 };
+        let tracer = Tracer {
+            origin: camera.origin.into(),
+            near: camera.near,
+            corner: camera.corner.into(),
+            far: camera.far,
+            across: camera.across.into(),
+            down: camera.down.into(),
+            film_size: film.size,
+            crop_offset: film.crop_offset,
+            crop_size: film.crop_size,
+            filter_kind,
+            filter_width,
+            quantiles: b.quantiles.address,
+            triangle_tree: tree(b.triangle_tree, &b.triangle_nodes),
+            quadric_tree: tree(b.quadric_tree, &b.quadric_nodes),
+            triangles: b.triangles.address,
+            quadrics: b.quadrics.address,
+            surfaces: b.surfaces.address,
+            vertices: b.vertices.address,
+            normals: b.normals.address,
+            shapes: b.shapes.address,
+            materials: b.materials.address,
+            radiances: b.radiances.address,
+            top_level: 0,
+            lights: LightsAt {
+                tables: tables.each_ref().map(|t| t.address),
+                entry_count: lights.entries.len() as u32,
+                environment_pdf: lights.environment_pdf,
+            },
+            environment: environment(scene).into(),
+            triangle_count: scene.triangles.len() as u32,
+            settings,
+        };
+        let tracer = up(bytemuck::bytes_of(&tracer))?;
+        Ok(Self { _lights: tables, tracer })
+    }
+}

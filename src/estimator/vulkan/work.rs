@@ -1,0 +1,327 @@
+//! Dispatches: their size, two of them in flight, and the moments that stay on the device until they are read back.
+
+use super::buffer::{Buffer, Use};
+use super::commands::{Commands, all_before};
+use super::device::Device;
+use super::kernel::Kernel;
+use crate::error::Result;
+use crate::estimator::Cell;
+use crate::moments::tree::node_count;
+use crate::moments::{BLOCK, BlockTree, Moments};
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
+use std::collections::VecDeque;
+use std::ops::Range;
+use std::sync::Arc;
+
+static FOLD: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fold.spv"));
+
+/// Seconds that a dispatch should take: long enough to be worth its overhead, far from the two seconds after which systems
+/// take a device for hung.
+const DISPATCH: f64 = 0.07;
+
+/// Invocations of the first dispatch, whose speed is not known yet.
+const FIRST: u32 = 2048;
+
+/// How much longer than the one before a dispatch may be.
+const GROWTH: f64 = 8.0;
+
+/// Most invocations of a dispatch: leaves take 104 bytes each, and 65535 groups of 64 always fit.
+const MOST: u32 = 1 << 20;
+
+/// Bytes of the push constants.
+pub(super) const PUSH: u32 = size_of::<Work>() as u32;
+
+/// `Work` of `shaders/transport/work.glsl`.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Work {
+    tracer: u64,
+    leaves: u64,
+    nodes: u64,
+    masks: u64,
+    bad: u64,
+    from: u64,
+    to: u64,
+    first_block: u64,
+    length: u64,
+    key: [u32; 2],
+    first_pixel: u32,
+    pixels: u32,
+    blocks: u32,
+    film_pixels: u32,
+}
+
+impl Work {
+    fn invocations(&self) -> u32 {
+        self.pixels * self.blocks
+    }
+}
+
+/// Bytes per invocation, and per pixel and node.
+const LEAF: u64 = 3 * 32;
+const MASK: u64 = 8;
+const NODE: u64 = 3 * size_of::<Moments>() as u64;
+
+/// What is there and what is wanted.
+pub(super) struct Accumulators<'a> {
+    pub(super) pixels: u32,
+    pub(super) tree: &'a BlockTree,
+    pub(super) to: u64,
+}
+
+/// Memory of one dispatch in flight.
+struct Slot {
+    commands: vk::CommandBuffer,
+    queries: vk::QueryPool,
+    leaves: Buffer,
+    masks: Buffer,
+    /// One word: blocks with non-finite samples.
+    bad: Buffer,
+}
+
+/// A dispatch in flight.
+struct Flight {
+    slot: usize,
+    done: u64,
+    work: Work,
+}
+
+/// The stream of dispatches of a scene: one strategy at a time.
+pub(super) struct Engine {
+    device: Arc<Device>,
+    commands: Commands,
+    fold: Kernel,
+    slots: Vec<Slot>,
+    /// Invocations that the slots have room for.
+    room: u32,
+    nodes: Option<Buffer>,
+}
+
+impl Engine {
+    pub(super) fn new(device: &Arc<Device>, commands: Commands) -> Result<Self> {
+        let fold = Kernel::new(device, FOLD, &[], PUSH)?;
+        Ok(Self { device: Arc::clone(device), commands, fold, slots: Vec::new(), room: 0, nodes: None })
+    }
+
+    pub(super) fn commands(&mut self) -> &mut Commands {
+        &mut self.commands
+    }
+
+    /// Adds samples up to `job.to`; the tree with them, and the seconds that the device took. `pace` is seconds per invocation.
+    pub(super) fn advance(
+        &mut self,
+        kernel: &Kernel,
+        tracer: u64,
+        cell: &Cell,
+        job: &Accumulators<'_>,
+        fixed: Option<u32>,
+        pace: &mut f64,
+    ) -> Result<(BlockTree, f64)> {
+        let (from, to) = (job.tree.samples(), job.to);
+        assert!(to > from, "a tree only grows");
+        let blocks = (from / BLOCK)..to.div_ceil(BLOCK);
+        // Every number of blocks on the way has at most as many set bits as it has bits.
+        let most_nodes = u64::from(u64::BITS - blocks.end.leading_zeros()) + 1;
+        self.put_nodes(job, most_nodes)?;
+        let nodes = self.nodes.as_ref().expect("just made").address;
+        let total = (blocks.end - blocks.start).saturating_mul(job.pixels.into());
+        let mut next = (blocks.start, 0);
+        let mut bad = job.tree.non_finite().to_vec();
+        let mut seconds = 0.0;
+        let mut flights: VecDeque<Flight> = VecDeque::new();
+        let mut failure = None;
+        while failure.is_none() && (next.0 < blocks.end || !flights.is_empty()) {
+            let size = fixed.unwrap_or_else(|| size(*pace, self.room)).clamp(64, MOST);
+            let (part, after) = part(next, &blocks, job.pixels, u64::from(size).min(total) as u32);
+            // More room can only be made when nothing is under way.
+            let must_land = flights.len() == 2 || next.0 == blocks.end || part.invocations() > self.room;
+            let outcome = match flights.front() {
+                Some(flight) if must_land => {
+                    let invocations = f64::from(flight.work.invocations());
+                    self.land(flight, &mut bad).map(|elapsed| {
+                        seconds += elapsed;
+                        *pace = elapsed / invocations;
+                        flights.pop_front();
+                    })
+                }
+                _ => {
+                    let (length, key) = (cell.length, cell.key.0);
+                    let work = Work { tracer, nodes, from, to, length, key, film_pixels: job.pixels, ..part };
+                    let slot = flights.back().map_or(0, |f| 1 - f.slot);
+                    self.launch(kernel, work, slot).map(|flight| {
+                        flights.push_back(flight);
+                        next = after;
+                    })
+                }
+            };
+            failure = outcome.err();
+        }
+        if let Some(e) = failure {
+            // What is under way must end before its memory goes.
+            for flight in flights {
+                let _ = self.commands.wait(flight.done);
+            }
+            return Err(e);
+        }
+        bad.sort_unstable_by_key(|&(pixel, sample)| (sample, pixel));
+        bad.truncate(crate::moments::tree::LOCATED);
+        let nodes = self.take_nodes(job.pixels as usize, node_count(to))?;
+        let tree = BlockTree::from_parts(job.pixels as usize, 3, to, nodes, bad);
+        Ok((tree.expect("the fold kernel keeps the tree's shape"), seconds))
+    }
+
+    /// Makes room for the nodes and fills in those of the tree.
+    fn put_nodes(&mut self, job: &Accumulators<'_>, most: u64) -> Result<()> {
+        let size = most * u64::from(job.pixels) * NODE;
+        if self.nodes.as_ref().is_none_or(|n| n.size < size) {
+            self.nodes = None;
+            self.nodes = Some(Buffer::new(&self.device, size, Use::Device)?);
+        }
+        let nodes = transposed(job.tree.nodes(), job.pixels as usize, node_count(job.tree.samples()));
+        let buffer = self.nodes.as_ref().expect("just made");
+        self.commands.write(buffer, bytemuck::cast_slice(&nodes))
+    }
+
+    /// The nodes in the order of a [`BlockTree`].
+    fn take_nodes(&mut self, pixels: usize, count: usize) -> Result<Vec<Moments>> {
+        let mut nodes = vec![Moments::default(); pixels * count * 3];
+        let buffer = self.nodes.as_ref().expect("made before");
+        let size = (nodes.len() * size_of::<Moments>()) as u64;
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut nodes);
+        self.commands.read(buffer, size, |at, piece| bytes[at as usize..][..piece.len()].copy_from_slice(piece))?;
+        // [slot][pixel] becomes [pixel][slot].
+        Ok(transposed(&nodes, count, pixels))
+    }
+
+    fn launch(&mut self, kernel: &Kernel, work: Work, slot: usize) -> Result<Flight> {
+        if work.invocations() > self.room {
+            self.make_room(work.invocations())?;
+        }
+        let Slot { commands, queries, leaves, masks, bad } = &self.slots[slot];
+        let work = Work { leaves: leaves.address, masks: masks.address, bad: bad.address, ..work };
+        let fold = &self.fold;
+        let done = self.commands.submit(*commands, |raw, c| {
+            // SAFETY: recording into our buffer; all buffers and pools live in the slot until the flight has landed.
+            unsafe {
+                raw.cmd_reset_query_pool(c, *queries, 0, 2);
+                raw.cmd_fill_buffer(c, bad.raw, 0, 4, 0);
+                all_before(raw, c);
+                raw.cmd_write_timestamp(c, vk::PipelineStageFlags::TOP_OF_PIPE, *queries, 0);
+                kernel.dispatch(c, bytemuck::bytes_of(&work), work.invocations());
+                all_before(raw, c);
+                fold.dispatch(c, bytemuck::bytes_of(&work), work.pixels * 3);
+                raw.cmd_write_timestamp(c, vk::PipelineStageFlags::BOTTOM_OF_PIPE, *queries, 1);
+                all_before(raw, c);
+            }
+        })?;
+        Ok(Flight { slot, done, work })
+    }
+
+    /// Waits for a dispatch; its seconds. Non-finite samples are located.
+    fn land(&mut self, flight: &Flight, found: &mut Vec<(u32, u64)>) -> Result<f64> {
+        self.commands.wait(flight.done)?;
+        let slot = &self.slots[flight.slot];
+        let mut ticks = [0u64; 2];
+        // SAFETY: both queries were written by what has been waited for.
+        unsafe {
+            self.device.raw.get_query_pool_results(slot.queries, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
+        }
+        .map_err(|e| self.device.failed(e))?;
+        if bytemuck::pod_read_unaligned::<u32>(&slot.bad.bytes()[..4]) > 0 {
+            let mut masks: Vec<u64> = vec![0; flight.work.invocations() as usize];
+            let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut masks);
+            let size = bytes.len() as u64;
+            self.commands
+                .read(&slot.masks, size, |at, piece| bytes[at as usize..][..piece.len()].copy_from_slice(piece))?;
+            locate(&masks, &flight.work, found);
+        }
+        let info = &self.device.info;
+        let valid = if info.timestamp_bits >= 64 { u64::MAX } else { (1 << info.timestamp_bits) - 1 };
+        let elapsed = ticks[1].wrapping_sub(ticks[0]) & valid;
+        Ok(elapsed as f64 * f64::from(info.timestamp_period.unwrap_or(1.0)) * 1e-9)
+    }
+
+    /// Nothing must be under way.
+    fn make_room(&mut self, invocations: u32) -> Result<()> {
+        let room = invocations.next_power_of_two();
+        self.room = 0;
+        while self.slots.len() < 2 {
+            let queries = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2);
+            // SAFETY: a plain creation call.
+            let queries = unsafe { self.device.raw.create_query_pool(&queries, None) };
+            self.slots.push(Slot {
+                queries: queries.map_err(|e| self.device.failed(e))?,
+                commands: self.commands.buffer()?,
+                leaves: Buffer::new(&self.device, 0, Use::Device)?,
+                masks: Buffer::new(&self.device, 0, Use::Device)?,
+                bad: Buffer::new(&self.device, 4, Use::Readback)?,
+            });
+        }
+        for slot in &mut self.slots {
+            slot.leaves = Buffer::new(&self.device, u64::from(room) * LEAF, Use::Device)?;
+            slot.masks = Buffer::new(&self.device, u64::from(room) * MASK, Use::Device)?;
+        }
+        self.room = room;
+        Ok(())
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        for slot in &self.slots {
+            // SAFETY: `advance` leaves nothing under way.
+            unsafe { self.device.raw.destroy_query_pool(slot.queries, None) };
+        }
+    }
+}
+
+/// Invocations of the next dispatch.
+fn size(pace: f64, before: u32) -> u32 {
+    if pace <= 0.0 {
+        return FIRST;
+    }
+    let wanted = DISPATCH / pace;
+    wanted.min(GROWTH * f64::from(before.max(FIRST))).clamp(64.0, MOST.into()) as u32
+}
+
+/// The part of the work from (block, pixel) `next` on that `size` invocations can do, blocks of all pixels or pixels of one
+/// block; and where the rest starts.
+fn part((block, pixel): (u64, u32), blocks: &Range<u64>, film: u32, size: u32) -> (Work, (u64, u32)) {
+    let mut work = Work { first_block: block, first_pixel: pixel, pixels: film, blocks: 1, ..Work::zeroed() };
+    if pixel == 0 && size >= film {
+        work.blocks = u64::from(size / film).min(blocks.end - block) as u32;
+        return (work, (block + u64::from(work.blocks), 0));
+    }
+    work.pixels = size.min(film - pixel);
+    let end = pixel + work.pixels;
+    (work, if end == film { (block + 1, 0) } else { (block, end) })
+}
+
+/// Adds the first non-finite samples of a dispatch.
+fn locate(masks: &[u64], work: &Work, found: &mut Vec<(u32, u64)>) {
+    let mut here = Vec::new();
+    for (i, mask) in masks.iter().enumerate().filter(|(_, m)| **m != 0) {
+        let (pixel, block) = (i as u32 % work.pixels, i as u32 / work.pixels);
+        let first = (work.first_block + u64::from(block)) * BLOCK;
+        let samples = (0..BLOCK).filter(|bit| mask >> bit & 1 == 1);
+        here.extend(samples.map(|bit| (work.first_pixel + pixel, first + bit)));
+    }
+    here.sort_unstable_by_key(|&(pixel, sample)| (sample, pixel));
+    here.truncate(crate::moments::tree::LOCATED);
+    found.extend(here);
+}
+
+/// Groups of three channels, `rows` × `columns` of them, transposed.
+fn transposed(nodes: &[Moments], rows: usize, columns: usize) -> Vec<Moments> {
+    if rows == 1 || columns == 1 {
+        return nodes.to_vec();
+    }
+    let group = |i: usize| {
+        let (column, row) = (i / rows, i % rows);
+        let at = (row * columns + column) * 3;
+        [nodes[at], nodes[at + 1], nodes[at + 2]]
+    };
+    (0..rows * columns).into_par_iter().with_min_len(1024).flat_map_iter(group).collect()
+}

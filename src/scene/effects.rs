@@ -1,0 +1,70 @@
+//! What a scene calls for, of all that the path tracer can do.
+
+use super::{Geometry, Light, Scene};
+
+/// The effects that a scene calls for, one bit each. GPU kernels leave out the rest; its twin is
+/// `shaders/transport/specialise.glsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effects(u32);
+
+impl Effects {
+    /// Surfaces made of triangles.
+    pub const TRIANGLES: Self = Self(1);
+    /// Spheres, disks and cylinders.
+    pub const QUADRICS: Self = Self(2);
+    /// Normals interpolated over triangles.
+    pub const SMOOTH_NORMALS: Self = Self(4);
+    /// Surfaces that emit.
+    pub const EMITTING_SURFACES: Self = Self(8);
+    /// Light from where no surface is.
+    pub const ENVIRONMENT: Self = Self(16);
+    /// Next-event estimation: the scene has lights that the strategy samples.
+    pub const SAMPLED_LIGHTS: Self = Self(32);
+
+    /// Every effect with its name.
+    pub const ALL: [(Self, &str); 6] = [
+        (Self::TRIANGLES, "triangles"),
+        (Self::QUADRICS, "quadrics"),
+        (Self::SMOOTH_NORMALS, "smooth normals"),
+        (Self::EMITTING_SURFACES, "emitting surfaces"),
+        (Self::ENVIRONMENT, "environment"),
+        (Self::SAMPLED_LIGHTS, "sampled lights"),
+    ];
+
+    /// What the scene calls for; `samples_lights`: whether the strategy has lights to sample there.
+    pub fn of(scene: &Scene, samples_lights: bool) -> Self {
+        let is_mesh = |g: &Geometry| matches!(g, Geometry::Mesh { .. } | Geometry::Rectangle { .. });
+        let smooth = |g: &Geometry| matches!(g, Geometry::Mesh { smooth: true, .. });
+        let any = |f: &dyn Fn(&Geometry) -> bool| scene.shapes.iter().any(|s| f(&s.geometry));
+        let present = [
+            (Self::TRIANGLES, any(&is_mesh)),
+            (Self::QUADRICS, any(&|g| !is_mesh(g))),
+            (Self::SMOOTH_NORMALS, any(&smooth)),
+            (Self::EMITTING_SURFACES, scene.shapes.iter().any(|s| s.light.is_some())),
+            (Self::ENVIRONMENT, scene.lights.iter().any(|l| matches!(l, Light::Constant { .. }))),
+            (Self::SAMPLED_LIGHTS, samples_lights),
+        ];
+        present.iter().filter(|(_, there)| *there).fold(Self(0), |all, (e, _)| all.with(*e))
+    }
+
+    /// All effects, whether called for or not.
+    pub const fn all() -> Self {
+        Self(u32::MAX)
+    }
+
+    /// These and those of `other`.
+    #[must_use]
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Whether all of `other` are among these.
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The bits.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+}
