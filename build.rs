@@ -12,22 +12,28 @@ mod shaders {
     use glslang::{Compiler, CompilerOptions, ShaderInput, ShaderSource, ShaderStage, Target};
     use std::path::{Path, PathBuf};
 
-    /// Entry points: file below shaders/, what is defined, name of the result.
-    const ENTRIES: [(&str, &[(&str, Option<&str>)], &str); 6] = [
-        ("path.comp", &[], "path"),
-        ("fold.comp", &[], "fold"),
-        ("test/math.comp", &[], "test_math"),
-        ("test/sampling.comp", &[], "test_sampling"),
-        ("test/light.comp", &[], "test_light"),
-        ("test/intersection.comp", &[], "test_intersection"),
+    /// Entry points below shaders/, and the names of what becomes of them.
+    const ENTRIES: [(&str, &str); 12] = [
+        ("path.comp", "path"),
+        ("path_query.comp", "path_query"),
+        ("path.rgen", "path_generation"),
+        ("path.rmiss", "path_miss"),
+        ("path.rahit", "path_any_hit"),
+        ("path.rchit", "path_closest_hit"),
+        ("path.rint", "path_intersection"),
+        ("fold.comp", "fold"),
+        ("test/math.comp", "test_math"),
+        ("test/sampling.comp", "test_sampling"),
+        ("test/light.comp", "test_light"),
+        ("test/intersection.comp", "test_intersection"),
     ];
 
     pub(super) fn compile() {
         let root = Path::new("shaders");
         let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets it"));
-        for (file, defines, name) in ENTRIES {
+        for (file, name) in ENTRIES {
             let path = root.join(file);
-            let words = translate(root, &path, defines).unwrap_or_else(|log| {
+            let words = translate(root, &path).unwrap_or_else(|log| {
                 for line in log.lines().filter(|l| !l.trim().is_empty()) {
                     println!("cargo:warning={line}");
                 }
@@ -49,7 +55,7 @@ mod shaders {
         }
     }
 
-    fn translate(root: &Path, path: &Path, defines: &[(&str, Option<&str>)]) -> Result<Vec<u32>, String> {
+    fn translate(root: &Path, path: &Path) -> Result<Vec<u32>, String> {
         let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
         let compiler = Compiler::acquire().ok_or("glslang does not start")?;
         let options = CompilerOptions {
@@ -61,6 +67,11 @@ mod shaders {
         };
         let stage = match path.extension().and_then(|e| e.to_str()) {
             Some("comp") => ShaderStage::Compute,
+            Some("rgen") => ShaderStage::RayGeneration,
+            Some("rmiss") => ShaderStage::Miss,
+            Some("rahit") => ShaderStage::AnyHit,
+            Some("rchit") => ShaderStage::ClosestHit,
+            Some("rint") => ShaderStage::Intersect,
             other => return Err(format!("{}: extension {other:?} names no shader stage", path.display())),
         };
         let source = ShaderSource::from(text);
@@ -70,7 +81,7 @@ mod shaders {
             e.to_string().replace("ERROR: 0:", &format!("ERROR: {}:", path.display()))
         };
         let input =
-            ShaderInput::new(&source, stage, &options, Some(defines), Some(&mut includes)).map_err(place)?;
+            ShaderInput::new(&source, stage, &options, None::<&[(&str, Option<&str>)]>, Some(&mut includes)).map_err(place)?;
         compiler.create_shader(input).map_err(place)?.compile().map_err(place)
     }
 

@@ -135,6 +135,11 @@ impl LeafTriangle {
 }
 
 impl CompactQuadric {
+    /// Lower and upper corner of its box.
+    pub fn bounds(&self) -> [[f32; 3]; 2] {
+        [self.lo, self.hi]
+    }
+
     fn new(quadric: &Quadric, bounds: &Bounds, primitive: u32) -> Self {
         let mut data = [0.0; 10];
         let mut put = |first: usize, values: &[f64]| data[first..first + values.len()].copy_from_slice(values);

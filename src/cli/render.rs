@@ -1,6 +1,6 @@
 use super::{parameter, use_threads};
 use crate::error::{Error, Result};
-use crate::estimator::choice::{DeviceRequest, PathTracers};
+use crate::estimator::choice::{DeviceRequest, PathTracers, Traversal};
 use crate::estimator::cpu::PreparedScene;
 use crate::estimator::Cell;
 use crate::record::image::{Attributes, write_exr};
@@ -30,6 +30,9 @@ pub struct Render {
     /// Where to render: auto, cpu, vulkan, vulkan:NAME or vulkan:INDEX (see `rootn devices`).
     #[arg(long, value_name = "DEVICE", default_value_t)]
     device: DeviceRequest,
+    /// How rays find what they meet on a Vulkan device.
+    #[arg(long, value_enum, default_value_t)]
+    traversal: Traversal,
     /// Worker threads; default: one per core.
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -119,10 +122,10 @@ impl Render {
         let prepared = Arc::new(self.settings.prepare(&self.scene)?);
         let strategy = self.settings.strategy(self.strategy);
         let chosen = self.device.take()?;
+        let (estimator, device) = PathTracers::new(prepared).estimator(&chosen, self.traversal, strategy)?;
         if !self.quiet {
-            eprintln!("device: {}, because {}", chosen.name, chosen.reason);
+            eprintln!("device: {device}, because {}", chosen.reason);
         }
-        let estimator = PathTracers::new(prepared).estimator(&chosen, strategy)?;
         let key = Key::new(self.settings.seed, Role::Run, &strategy.identity(), 0);
         let bar = progress_bar(self.spp * estimator.shape().pixels() as u64, self.quiet);
         let (estimate, interrupted) = sample(&*estimator, &Cell { key, length: self.spp }, self.spp, &mut None, &bar)?;

@@ -1,6 +1,6 @@
 use super::{print, use_threads};
 use crate::error::Result;
-use crate::estimator::choice::DeviceRequest;
+use crate::estimator::choice::{DeviceRequest, Traversal};
 use crate::run::Options;
 use crate::{experiment, report};
 use std::path::PathBuf;
@@ -26,6 +26,9 @@ pub struct Run {
     /// Where to render: auto, cpu, vulkan, vulkan:NAME or vulkan:INDEX (see `rootn devices`).
     #[arg(long, value_name = "DEVICE", default_value_t)]
     device: DeviceRequest,
+    /// How rays find what they meet on a Vulkan device.
+    #[arg(long, value_enum, default_value_t)]
+    traversal: Traversal,
     /// Print the record as JSON instead of tables.
     #[arg(long)]
     json: bool,
@@ -39,7 +42,7 @@ impl Run {
         use_threads(self.threads)?;
         for path in &self.experiments {
             let (parsed, text) = experiment::load::load(path, &self.overrides)?;
-            let plan = experiment::plan::plan(&parsed, path, text, &self.device)?;
+            let plan = experiment::plan::plan(&parsed, path, text, &self.device, self.traversal)?;
             if !self.quiet {
                 plan.devices.iter().for_each(|d| eprintln!("device: {}, because {}", d.name, d.reason));
             }

@@ -79,6 +79,33 @@ impl fmt::Display for DeviceRequest {
     }
 }
 
+/// How rays find what they meet on a Vulkan device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Traversal {
+    /// Whichever of the others is fastest on the scene.
+    Auto,
+    /// Our own trees, with the CPU engine's guarantees, on any device.
+    #[default]
+    Compute,
+    /// The driver's ray queries (VK_KHR_ray_query).
+    RayQuery,
+    /// The driver's ray-tracing pipeline (VK_KHR_ray_tracing_pipeline).
+    RayPipeline,
+}
+
+impl Traversal {
+    /// The name in files and tables.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Compute => "compute",
+            Self::RayQuery => "ray-query",
+            Self::RayPipeline => "ray-pipeline",
+        }
+    }
+}
+
 /// A device that was taken.
 #[derive(Clone)]
 pub struct Chosen {
@@ -195,24 +222,35 @@ impl PathTracers {
         }
     }
 
-    /// The path tracer with a strategy on a device.
+    /// The path tracer with a strategy on a device, and what it runs on in words. The CPU has one traversal only.
     ///
     /// # Errors
-    /// [`Error::Device`] where a device fails.
-    pub fn estimator(&mut self, device: &Chosen, strategy: Strategy) -> Result<Box<dyn Estimator>> {
+    /// [`Error::Device`] where a device fails, [`Error::Unavailable`] where it lacks the traversal.
+    pub fn estimator(
+        &mut self,
+        device: &Chosen,
+        traversal: Traversal,
+        strategy: Strategy,
+    ) -> Result<(Box<dyn Estimator>, String)> {
         match &device.engine {
-            Engine::Cpu => Ok(Box::new(CpuEstimator::new(Arc::clone(&self.prepared), strategy))),
+            Engine::Cpu => {
+                let estimator = CpuEstimator::new(Arc::clone(&self.prepared), strategy);
+                Ok((Box::new(estimator), device.name.clone()))
+            }
             #[cfg(feature = "vulkan")]
-            Engine::Vulkan(device) => {
-                let scene = match self.uploaded.iter().find(|(d, _)| Arc::ptr_eq(d, device)) {
+            Engine::Vulkan(opened) => {
+                let scene = match self.uploaded.iter().find(|(d, _)| Arc::ptr_eq(d, opened)) {
                     Some((_, scene)) => Arc::clone(scene),
                     None => {
-                        let scene = Arc::new(DeviceScene::new(device, Arc::clone(&self.prepared))?);
-                        self.uploaded.push((Arc::clone(device), Arc::clone(&scene)));
+                        let scene = Arc::new(DeviceScene::new(opened, Arc::clone(&self.prepared))?);
+                        self.uploaded.push((Arc::clone(opened), Arc::clone(&scene)));
                         scene
                     }
                 };
-                Ok(Box::new(VulkanEstimator::new(scene, strategy, Tuning::default())?))
+                let tuning = Tuning { traversal, ..Tuning::default() };
+                let estimator = VulkanEstimator::new(scene, strategy, tuning)?;
+                let name = format!("{} · {}", device.name, estimator.traversal().label());
+                Ok((Box::new(estimator), name))
             }
         }
     }

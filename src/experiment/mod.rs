@@ -4,7 +4,7 @@ pub mod load;
 pub mod plan;
 
 use crate::claim::Claim;
-use crate::estimator::choice::DeviceRequest;
+use crate::estimator::choice::{DeviceRequest, Traversal};
 use crate::estimator::integrand::Integrand;
 use crate::sampling::sequence::Sequence;
 use crate::sampling::strategy::{
@@ -171,6 +171,8 @@ pub struct StrategyEntry {
     pub technique: Option<Technique>,
     /// auto, cpu, vulkan, vulkan:NAME or vulkan:INDEX; default: what the command line says.
     pub device: Option<DeviceRequest>,
+    /// How rays find what they meet on a Vulkan device; default: what the command line says.
+    pub traversal: Option<Traversal>,
 }
 
 impl StrategyEntry {

@@ -5,7 +5,7 @@ use super::{Experiment, MaxDepth, ReferenceEntry, SceneEntry};
 use crate::analysis::scene::Reference;
 use crate::error::{Error, Result};
 use crate::estimator::Shape;
-use crate::estimator::choice::{DeviceRequest, PathTracers, Taken};
+use crate::estimator::choice::{DeviceRequest, PathTracers, Taken, Traversal};
 use crate::estimator::cpu::PreparedScene;
 use crate::estimator::integrand::{Integrand, IntegrandEstimator};
 use crate::record::DeviceNote;
@@ -19,14 +19,21 @@ use std::sync::Arc;
 /// Replicates of a rendered reference unless the file says otherwise.
 const REFERENCE_REPLICATES: u32 = 32;
 
-/// Builds the plan of an experiment; `path` is its file, `text` what it says, `device` where strategies run that name none.
-pub fn plan(experiment: &Experiment, path: &Path, text: String, device: &DeviceRequest) -> Result<Plan<'static>> {
+/// Builds the plan of an experiment; `path` is its file, `text` what it says, `device` and
+/// `traversal` are for strategies that name none.
+pub fn plan(
+    experiment: &Experiment,
+    path: &Path,
+    text: String,
+    device: &DeviceRequest,
+    traversal: Traversal,
+) -> Result<Plan<'static>> {
     let (mut warnings, mut taken) = (Vec::new(), Taken::default());
     let mut scenes = Vec::new();
     for entry in &experiment.scene {
         let scene = match entry.integrand {
             Some(integrand) => integrand_scene(experiment, entry, integrand, path, &text)?,
-            None => rendered_scene(experiment, entry, path, (device, &mut taken), &mut warnings)?,
+            None => rendered_scene(experiment, entry, path, (device, traversal, &mut taken), &mut warnings)?,
         };
         check_probes(experiment, &scene, path, &text)?;
         scenes.push(scene);
@@ -102,7 +109,7 @@ fn rendered_scene(
     experiment: &Experiment,
     entry: &SceneEntry,
     path: &Path,
-    (device, taken): (&DeviceRequest, &mut Taken),
+    (device, traversal, taken): (&DeviceRequest, Traversal, &mut Taken),
     warnings: &mut Vec<String>,
 ) -> Result<PlannedScene<'static>> {
     let file = beside(path, entry.file.as_deref().expect("checked on loading"));
@@ -120,15 +127,15 @@ fn rendered_scene(
     for s in &experiment.strategy {
         let (name, strategy) = s.resolve();
         let chosen = taken.take(s.device.as_ref().unwrap_or(device))?;
-        let estimator = tracers.estimator(&chosen, strategy)?;
-        contenders.push(Contender { name, device: chosen.name, strategy, estimator });
+        let (estimator, device) = tracers.estimator(&chosen, s.traversal.unwrap_or(traversal), strategy)?;
+        contenders.push(Contender { name, device, strategy, estimator });
     }
     let shape = contenders[0].estimator.shape();
     let reference = match experiment.reference.as_ref().expect("checked on loading") {
         ReferenceEntry { exact: Some(value), .. } => ReferencePlan::Exact(*value),
         ReferenceEntry { image: Some(image), .. } => image_reference(&beside(path, image), shape)?,
         ReferenceEntry { spp, replicates, .. } => ReferencePlan::Rendered {
-            estimator: tracers.estimator(&taken.take(device)?, Preset::Sobol.strategy())?,
+            estimator: tracers.estimator(&taken.take(device)?, traversal, Preset::Sobol.strategy())?.0,
             name: "MIS with Sobol points".into(),
             spp: spp.expect("checked on loading"),
             replicates: replicates.unwrap_or(REFERENCE_REPLICATES),

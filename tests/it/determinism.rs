@@ -1,6 +1,7 @@
 //! The same bits for any number of threads, order of pixels, interruption and continuation.
 
 use crate::stats::Random;
+use rootn::estimator::choice::{DeviceRequest, Traversal};
 use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
 use rootn::estimator::integrand::{Integrand, IntegrandEstimator};
 use rootn::estimator::{Cell, Estimator};
@@ -39,7 +40,7 @@ pub(crate) fn experiment(folder: &Path, scene: &Path, spp: u64, rest: &str) -> P
 /// Runs an experiment file in this process.
 pub(crate) fn run_file(path: &Path, out: &Path, fresh: bool) -> rootn::Result<(Record, Reuse)> {
     let (parsed, text) = load::load(path, &[])?;
-    let plan = plan::plan(&parsed, path, text, &DeviceRequest::Cpu)?;
+    let plan = plan::plan(&parsed, path, text, &DeviceRequest::Cpu, Traversal::Compute)?;
     let (record, reuse) = run(&plan, &Options { out: out.to_owned(), fresh, quiet: true })?;
     rootn::report::write(&record, &out.join(&record.name))?;
     Ok((record, reuse))

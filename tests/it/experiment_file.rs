@@ -63,7 +63,7 @@ fn attempt(folder: &Path, text: &[u8], overrides: &[&str]) -> Result<(), Error> 
     std::fs::write(&path, text).unwrap();
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
     let (parsed, text) = load::load(&path, &overrides)?;
-    plan::plan(&parsed, &path, text, &DeviceRequest::Cpu).map(drop)
+    plan::plan(&parsed, &path, text, &DeviceRequest::Cpu, Traversal::Compute).map(drop)
 }
 
 /// (what is replaced, by what, line that is blamed or 0 where no line can be, part of the message)
@@ -383,7 +383,7 @@ fn our_own_files_are_right() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|e| e == "toml") {
             let (parsed, text) = load::load(&path, &[]).unwrap();
-            plan::plan(&parsed, &path, text, &DeviceRequest::Cpu).unwrap();
+            plan::plan(&parsed, &path, text, &DeviceRequest::Cpu, Traversal::Compute).unwrap();
             files += 1;
         }
     }

@@ -111,3 +111,29 @@ pub(crate) fn mutations(bytes: &[u8], seed: u64) -> impl Iterator<Item = Vec<u8>
         bytes
     })
 }
+
+/// The Vulkan device that tests run on, with the validation layer; the same for all tests. Where there is none the test cannot
+/// run: `None` with a printed reason, but a failure where `CI` is set.
+#[cfg(feature = "vulkan")]
+pub(crate) fn vulkan() -> Option<std::sync::Arc<rootn::estimator::vulkan::Device>> {
+    use rootn::estimator::choice::Which;
+    use rootn::estimator::vulkan::Device;
+    use std::sync::{Arc, OnceLock};
+    static DEVICE: OnceLock<Result<Arc<Device>, String>> = OnceLock::new();
+    let which = std::env::var("ROOTN_TEST_DEVICE").ok().and_then(|v| v.parse().ok()).map_or(Which::First, Which::Index);
+    match DEVICE.get_or_init(|| Device::open(&which, true).map_err(|e| e.to_string())) {
+        Ok(device) => Some(Arc::clone(device)),
+        Err(e) => {
+            assert!(std::env::var_os("CI").is_none(), "{e}");
+            println!("skipped: {e}");
+            None
+        }
+    }
+}
+
+/// Fails where the validation layer has said anything.
+#[cfg(feature = "vulkan")]
+pub(crate) fn no_messages(device: &rootn::estimator::vulkan::Device) {
+    let messages = device.messages();
+    assert!(messages.is_empty(), "{}", messages.join("\n"));
+}

@@ -398,6 +398,7 @@ impl Drop for Device {
         // device, where nothing runs any more.
         unsafe {
             let _ = self.raw.device_wait_idle();
+            self.messages().iter().for_each(|m| eprintln!("rootn: validation: {m}"));
             *self.allocator() = None;
             self.cache.close(&self.raw);
             self.raw.destroy_device(None);

@@ -7,16 +7,92 @@ use crate::error::Result;
 use ash::vk;
 use std::sync::Arc;
 
-/// A compute pipeline. What it works on comes by addresses in its push constants.
+/// A compute or ray-tracing pipeline. What it works on comes by addresses in its push constants.
 pub struct Kernel {
     device: Arc<Device>,
     layout: vk::PipelineLayout,
     pipeline: vk::Pipeline,
+    stages: vk::ShaderStageFlags,
+    /// Of ray-tracing pipelines.
+    table: Option<BindingTable>,
+}
+
+/// Where the stages of a ray-tracing pipeline find one another.
+struct BindingTable {
+    _buffer: Buffer,
+    ray_generation: vk::StridedDeviceAddressRegionKHR,
+    miss: vk::StridedDeviceAddressRegionKHR,
+    hit: vk::StridedDeviceAddressRegionKHR,
+}
+
+/// SPIR-V of the stages of a ray-tracing pipeline, each with entry point `main`.
+pub(super) struct RayStages<'a> {
+    pub(super) generation: &'a [u8],
+    pub(super) miss: &'a [u8],
+    pub(super) any_hit: &'a [u8],
+    pub(super) closest_hit: &'a [u8],
+    pub(super) intersection: &'a [u8],
+}
+
+/// Specialization constants as Vulkan wants them.
+struct Constants {
+    entries: Vec<vk::SpecializationMapEntry>,
+    data: Vec<u8>,
+}
+
+impl Constants {
+    fn new(constants: &[(u32, u32)]) -> Self {
+        let entry = |(i, (id, _)): (usize, &(u32, u32))| vk::SpecializationMapEntry {
+            constant_id: *id,
+            offset: 4 * i as u32,
+            size: 4,
+        };
+        Self {
+            entries: constants.iter().enumerate().map(entry).collect(),
+            data: constants.iter().flat_map(|(_, value)| value.to_ne_bytes()).collect(),
+        }
+    }
+
+    fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.data)
+    }
+}
+
+/// A shader module that goes when the pipeline is made.
+struct Module<'a> {
+    device: &'a Device,
+    raw: vk::ShaderModule,
+}
+
+impl<'a> Module<'a> {
+    fn new(device: &'a Device, code: &[u8]) -> Result<Self> {
+        let code: Vec<u32> = code.chunks(4).map(|w| u32::from_le_bytes(w.try_into().expect("words"))).collect();
+        let info = vk::ShaderModuleCreateInfo::default().code(&code);
+        // SAFETY: the code is made by our build, for the features that the device was opened with.
+        let raw = unsafe { device.raw.create_shader_module(&info, None) }.map_err(|e| device.failed(e))?;
+        Ok(Self { device, raw })
+    }
+
+    fn stage<'b>(
+        &self,
+        stage: vk::ShaderStageFlags,
+        constants: &'b vk::SpecializationInfo<'b>,
+    ) -> vk::PipelineShaderStageCreateInfo<'b> {
+        let info = vk::PipelineShaderStageCreateInfo::default().stage(stage).module(self.raw).name(c"main");
+        info.specialization_info(constants)
+    }
+}
+
+impl Drop for Module<'_> {
+    fn drop(&mut self) {
+        // SAFETY: no pipeline is being made from it.
+        unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
+    }
 }
 
 impl Kernel {
-    /// From SPIR-V with entry point `main`; `constants` are (id, value) of its specialization constants, `push` the bytes of its
-    /// push constants.
+    /// A compute pipeline from SPIR-V with entry point `main`; `constants` are (id, value) of its specialization constants,
+    /// `push` the bytes of its push constants.
     ///
     /// # Errors
     /// What the driver reports.
@@ -24,48 +100,133 @@ impl Kernel {
     /// # Panics
     /// Where `code` is not a whole number of words.
     pub fn new(device: &Arc<Device>, code: &[u8], constants: &[(u32, u32)], push: u32) -> Result<Self> {
-        let code: Vec<u32> = code.chunks(4).map(|w| u32::from_le_bytes(w.try_into().expect("words"))).collect();
-        let entries: Vec<_> = constants
-            .iter()
-            .enumerate()
-            .map(|(i, (id, _))| vk::SpecializationMapEntry { constant_id: *id, offset: 4 * i as u32, size: 4 })
-            .collect();
-        let data: Vec<u8> = constants.iter().flat_map(|(_, value)| value.to_ne_bytes()).collect();
-        let specialization = vk::SpecializationInfo::default().map_entries(&entries).data(&data);
-        let range =
-            [vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::COMPUTE, offset: 0, size: push }];
-        let failed = |e| device.failed(e);
-        let raw = &device.raw;
-        // SAFETY: plain creation calls on a live device; what the structures point to lives through them. The code is made by
-        // our build, for the features that the device was opened with.
-        unsafe {
-            let layout = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&range);
-            let layout = raw.create_pipeline_layout(&layout, None).map_err(failed)?;
-            let mut kernel = Self { device: Arc::clone(device), layout, pipeline: vk::Pipeline::null() };
-            let module = vk::ShaderModuleCreateInfo::default().code(&code);
-            let module = raw.create_shader_module(&module, None).map_err(failed)?;
-            let stage = vk::PipelineShaderStageCreateInfo::default()
-                .stage(vk::ShaderStageFlags::COMPUTE)
-                .module(module)
-                .name(c"main")
-                .specialization_info(&specialization);
-            let info = vk::ComputePipelineCreateInfo::default().layout(layout).stage(stage);
-            let made = raw.create_compute_pipelines(device.cache.raw, &[info], None);
-            raw.destroy_shader_module(module, None);
-            kernel.pipeline = made.map_err(|(_, e)| device.failed(e))?[0];
-            Ok(kernel)
-        }
+        let mut kernel = Self::without_pipeline(device, vk::ShaderStageFlags::COMPUTE, push)?;
+        let (module, constants) = (Module::new(device, code)?, Constants::new(constants));
+        let constants = constants.info();
+        let stage = module.stage(vk::ShaderStageFlags::COMPUTE, &constants);
+        let info = vk::ComputePipelineCreateInfo::default().layout(kernel.layout).stage(stage);
+        // SAFETY: what the structures point to lives through the call.
+        let made = unsafe { device.raw.create_compute_pipelines(device.cache.raw, &[info], None) };
+        kernel.pipeline = made.map_err(|(_, e)| device.failed(e))?[0];
+        Ok(kernel)
     }
 
-    /// Records a dispatch of at least `invocations` invocations, in groups of 64, with push constants.
+    /// A ray-tracing pipeline: hit group 0 for triangles, 1 for what has an intersection shader. `commands` fill its table.
+    pub(super) fn rays(
+        device: &Arc<Device>,
+        commands: &mut Commands,
+        code: &RayStages<'_>,
+        constants: &[(u32, u32)],
+        push: u32,
+    ) -> Result<Self> {
+        use vk::ShaderStageFlags as Stage;
+        let all = Stage::RAYGEN_KHR | Stage::MISS_KHR | Stage::ANY_HIT_KHR | Stage::CLOSEST_HIT_KHR;
+        let mut kernel = Self::without_pipeline(device, all | Stage::INTERSECTION_KHR, push)?;
+        let parts = [
+            (Stage::RAYGEN_KHR, Module::new(device, code.generation)?),
+            (Stage::MISS_KHR, Module::new(device, code.miss)?),
+            (Stage::ANY_HIT_KHR, Module::new(device, code.any_hit)?),
+            (Stage::CLOSEST_HIT_KHR, Module::new(device, code.closest_hit)?),
+            (Stage::INTERSECTION_KHR, Module::new(device, code.intersection)?),
+        ];
+        let constants = Constants::new(constants);
+        let constants = constants.info();
+        let stages = parts.each_ref().map(|(stage, module)| module.stage(*stage, &constants));
+        let unused = vk::SHADER_UNUSED_KHR;
+        let group = |kind, general, any, closest, intersection| {
+            vk::RayTracingShaderGroupCreateInfoKHR::default()
+                .ty(kind)
+                .general_shader(general)
+                .any_hit_shader(any)
+                .closest_hit_shader(closest)
+                .intersection_shader(intersection)
+        };
+        let groups = [
+            group(vk::RayTracingShaderGroupTypeKHR::GENERAL, 0, unused, unused, unused),
+            group(vk::RayTracingShaderGroupTypeKHR::GENERAL, 1, unused, unused, unused),
+            group(vk::RayTracingShaderGroupTypeKHR::TRIANGLES_HIT_GROUP, unused, 2, 3, unused),
+            group(vk::RayTracingShaderGroupTypeKHR::PROCEDURAL_HIT_GROUP, unused, unused, 3, 4),
+        ];
+        let info = vk::RayTracingPipelineCreateInfoKHR::default()
+            .layout(kernel.layout)
+            .stages(&stages)
+            .groups(&groups)
+            .max_pipeline_ray_recursion_depth(1);
+        let f = device.pipelines.as_ref().expect("the traversal was checked to be available");
+        let size = device.shader_groups.handle;
+        // SAFETY: what the structures point to lives through the calls.
+        let handles = unsafe {
+            let made = f.create_ray_tracing_pipelines(
+                vk::DeferredOperationKHR::null(),
+                device.cache.raw,
+                &[info],
+                None,
+            );
+            kernel.pipeline = made.map_err(|(_, e)| device.failed(e))?[0];
+            f.get_ray_tracing_shader_group_handles(kernel.pipeline, 0, 4, 4 * size as usize)
+        };
+        kernel.table =
+            Some(BindingTable::new(device, commands, &handles.map_err(|e| device.failed(e))?)?);
+        Ok(kernel)
+    }
+
+    fn without_pipeline(device: &Arc<Device>, stages: vk::ShaderStageFlags, push: u32) -> Result<Self> {
+        let range = [vk::PushConstantRange { stage_flags: stages, offset: 0, size: push }];
+        let layout = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&range);
+        // SAFETY: a plain creation call.
+        let layout = unsafe { device.raw.create_pipeline_layout(&layout, None) }.map_err(|e| device.failed(e))?;
+        Ok(Self { device: Arc::clone(device), layout, pipeline: vk::Pipeline::null(), stages, table: None })
+    }
+
+    /// Records a dispatch with push constants: of exactly `invocations` rays, or in groups of 64 of at least as many invocations.
     pub(super) fn dispatch(&self, commands: vk::CommandBuffer, push: &[u8], invocations: u32) {
         let raw = &self.device.raw;
+        let point = match self.table {
+            None => vk::PipelineBindPoint::COMPUTE,
+            Some(_) => vk::PipelineBindPoint::RAY_TRACING_KHR,
+        };
         // SAFETY: the caller records into a buffer of the same device and keeps alive what `push` names.
         unsafe {
-            raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, self.pipeline);
-            raw.cmd_push_constants(commands, self.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
-            raw.cmd_dispatch(commands, invocations.div_ceil(64), 1, 1);
+            raw.cmd_bind_pipeline(commands, point, self.pipeline);
+            raw.cmd_push_constants(commands, self.layout, self.stages, 0, push);
+            match (&self.table, &self.device.pipelines) {
+                (Some(t), Some(f)) => {
+                    let callable = vk::StridedDeviceAddressRegionKHR::default();
+                    f.cmd_trace_rays(commands, &t.ray_generation, &t.miss, &t.hit, &callable, invocations, 1, 1);
+                }
+                _ => raw.cmd_dispatch(commands, invocations.div_ceil(64), 1, 1),
+            }
         }
+    }
+}
+
+impl BindingTable {
+    /// From the handles of ray generation, miss and two hit groups.
+    fn new(device: &Arc<Device>, commands: &mut Commands, handles: &[u8]) -> Result<Self> {
+        let groups = &device.shader_groups;
+        let stride = groups.handle.next_multiple_of(groups.alignment);
+        let region = (2 * stride).next_multiple_of(groups.base_alignment);
+        // The buffer's own address may be off by less than the alignment.
+        let buffer = Buffer::new(device, 3 * region + groups.base_alignment, Use::Device)?;
+        let start = buffer.address.next_multiple_of(groups.base_alignment) - buffer.address;
+        let mut bytes = vec![0; (start + 3 * region) as usize];
+        let size = groups.handle as usize;
+        for (i, handle) in handles.chunks_exact(size).enumerate() {
+            let at = start + [0, region, 2 * region, 2 * region + stride][i];
+            bytes[at as usize..][..size].copy_from_slice(handle);
+        }
+        commands.write(&buffer, &bytes)?;
+        let part = |at: u64, entries: u64| vk::StridedDeviceAddressRegionKHR {
+            device_address: buffer.address + start + at,
+            stride,
+            size: entries * stride,
+        };
+        Ok(Self {
+            ray_generation: part(0, 1),
+            miss: part(region, 1),
+            hit: part(2 * region, 2),
+            _buffer: buffer,
+        })
     }
 }
 

@@ -6,28 +6,38 @@ mod commands;
 pub mod device;
 pub mod kernel;
 mod messages;
+mod structures;
 mod upload;
 mod work;
 
 pub use device::{Device, DeviceInfo, DeviceKind, devices};
 
 use self::commands::Commands;
-use self::upload::{SceneBuffers, Settings, TracerBuffers};
+use self::kernel::{Kernel, RayStages};
+use self::structures::{Geometry, Structures};
+use self::upload::{SPECIALISED, STACK, SceneBuffers, Settings, TracerBuffers};
 use self::work::{Accumulators, Engine};
+use super::choice::Traversal;
 use super::cpu::PreparedScene;
 use super::{Cell, Estimate, Estimator, Shape, dependence_of, is_progressive};
 use crate::accel::compact::CompactBvh;
-use crate::error::Result;
-use crate::moments::BlockTree;
+use crate::error::{Error, Result};
+use crate::moments::{BLOCK, BlockTree};
 use crate::record::Dependence;
-use crate::sampling::Strategy;
+use crate::sampling::{Key, Strategy};
 use crate::scene::light::LightSampler;
 use crate::scene::Effects;
 use crate::transport::path::depths;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-static PATH: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/path.spv"));
+/// SPIR-V of the entry `$name` of shaders/.
+macro_rules! spirv {
+    ($name:literal) => {
+        include_bytes!(concat!(env!("OUT_DIR"), "/", $name, ".spv"))
+    };
+}
+use spirv;
 
 /// A scene in the memory of a device.
 pub struct DeviceScene {
@@ -35,15 +45,17 @@ pub struct DeviceScene {
     prepared: Arc<PreparedScene>,
     buffers: SceneBuffers,
     engine: Mutex<Engine>,
-    /// Seconds that upload and building of acceleration structures took.
+    /// The driver's acceleration structures, once they were asked for.
+    structures: Mutex<Option<Arc<Structures>>>,
+    /// Seconds that building of our trees and the upload took.
     setup_seconds: f64,
 }
 
 impl DeviceScene {
-    /// Builds the device's acceleration structure and uploads everything that strategies share.
+    /// Builds our trees and uploads everything that strategies share.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device fails or its memory does not suffice.
+    /// [`Error::Device`] where the device fails or its memory does not suffice.
     pub fn new(device: &Arc<Device>, prepared: Arc<PreparedScene>) -> Result<Self> {
         let start = Instant::now();
         let bvh = CompactBvh::new(&prepared.scene)?;
@@ -51,13 +63,43 @@ impl DeviceScene {
         let buffers = SceneBuffers::new(&mut commands, &prepared.scene, &bvh)?;
         let engine = Mutex::new(Engine::new(device, commands)?);
         let setup_seconds = start.elapsed().as_secs_f64();
-        Ok(Self { device: Arc::clone(device), prepared, buffers, engine, setup_seconds })
+        let structures = Mutex::new(None);
+        Ok(Self { device: Arc::clone(device), prepared, buffers, engine, structures, setup_seconds })
+    }
+
+    fn engine(&self) -> MutexGuard<'_, Engine> {
+        self.engine.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The driver's acceleration structures, built at the first call.
+    fn structures(&self) -> Result<Arc<Structures>> {
+        let mut kept = self.structures.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(structures) = &*kept {
+            return Ok(Arc::clone(structures));
+        }
+        let scene = &self.prepared.scene;
+        let mut engine = self.engine();
+        let commands = engine.commands();
+        let vertices: Vec<[u32; 3]> = scene.triangles.iter().map(|t| t.vertices).collect();
+        let positions = commands.upload(bytemuck::cast_slice(&scene.positions))?;
+        let triangles = commands.upload(bytemuck::cast_slice(&vertices))?;
+        let boxes = commands.upload(bytemuck::cast_slice(&self.buffers.boxes))?;
+        let geometry = Geometry {
+            positions: (&positions, scene.positions.len() as u32),
+            triangles: (&triangles, vertices.len() as u32),
+            boxes: (&boxes, self.buffers.boxes.len() as u32),
+        };
+        let structures = Arc::new(Structures::new(&self.device, commands, &geometry)?);
+        *kept = Some(Arc::clone(&structures));
+        Ok(structures)
     }
 }
 
 /// How a [`VulkanEstimator`] works, apart from what it estimates.
 #[derive(Clone, Copy, Debug)]
 pub struct Tuning {
+    /// How rays find what they meet.
+    pub traversal: Traversal,
     /// Whether the kernel leaves out what the scene does not call for.
     pub specialised: bool,
     /// Invocations per dispatch; `None`: sized by time.
@@ -66,7 +108,7 @@ pub struct Tuning {
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { specialised: true, dispatch: None }
+        Self { traversal: Traversal::Compute, specialised: true, dispatch: None }
     }
 }
 
@@ -76,7 +118,9 @@ pub struct VulkanEstimator {
     scene: Arc<DeviceScene>,
     strategy: Strategy,
     tracer: TracerBuffers,
-    kernel: kernel::Kernel,
+    /// What the tracer traces, where the driver does it.
+    _structures: Option<Arc<Structures>>,
+    kernel: Kernel,
     tuning: Tuning,
     /// Seconds per invocation so far; 0 before the first dispatch.
     pace: Mutex<f64>,
@@ -84,12 +128,44 @@ pub struct VulkanEstimator {
 }
 
 impl VulkanEstimator {
-    /// An estimator of the scene's image by a strategy.
+    /// An estimator of the scene's image by a strategy. With [`Traversal::Auto`] all that the device offers are tried for a
+    /// moment each, and the fastest is taken.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device fails.
+    /// [`Error::Device`] where the device fails, [`Error::Unavailable`] where it lacks the traversal.
     pub fn new(scene: Arc<DeviceScene>, strategy: Strategy, tuning: Tuning) -> Result<Self> {
+        if tuning.traversal != Traversal::Auto {
+            return Self::with_traversal(scene, strategy, tuning);
+        }
         let start = Instant::now();
+        let info = scene.device.info();
+        let offered = [(Traversal::Compute, true), (Traversal::RayQuery, info.ray_query), (Traversal::RayPipeline, info.ray_pipeline)];
+        let mut best: Option<(f64, Self)> = None;
+        for (traversal, _) in offered.into_iter().filter(|(_, there)| *there) {
+            let candidate = Self::with_traversal(Arc::clone(&scene), strategy, Tuning { traversal, ..tuning })?;
+            let seconds = candidate.seconds_per_sample()?;
+            if best.as_ref().is_none_or(|(least, _)| seconds < *least) {
+                best = Some((seconds, candidate));
+            }
+        }
+        let (_, mut best) = best.expect("compute is always offered");
+        best.setup_seconds = scene.prepared.setup_seconds + scene.setup_seconds + start.elapsed().as_secs_f64();
+        Ok(best)
+    }
+
+    fn with_traversal(scene: Arc<DeviceScene>, strategy: Strategy, tuning: Tuning) -> Result<Self> {
+        let start = Instant::now();
+        let info = scene.device.info();
+        let lacks = |extension: &str| Error::Unavailable {
+            what: format!("traversal {}", tuning.traversal.label()),
+            reason: format!("{} has no {extension}", info.name),
+        };
+        match tuning.traversal {
+            Traversal::RayQuery if !info.ray_query => return Err(lacks("VK_KHR_ray_query")),
+            Traversal::RayPipeline if !info.ray_pipeline => return Err(lacks("VK_KHR_ray_tracing_pipeline")),
+            _ => {}
+        }
+        let structures = (tuning.traversal != Traversal::Compute).then(|| scene.structures()).transpose()?;
         let host = &scene.prepared.scene;
         let sampler = LightSampler::new(host, strategy.lights, strategy.light_choice);
         let lights = sampler.tables();
@@ -98,17 +174,50 @@ impl VulkanEstimator {
             false => (Effects::all(), u32::MAX),
         };
         let settings = Settings::new(&strategy, depths(host, &strategy), effects, kinds);
-        let mut engine = scene.engine.lock().unwrap_or_else(PoisonError::into_inner);
-        let tracer = TracerBuffers::new(engine.commands(), host, &scene.buffers, &lights, settings)?;
-        drop(engine);
-        let mut constants = vec![(10, scene.buffers.stack)];
+        let mut constants = vec![(STACK, scene.buffers.stack)];
         if tuning.specialised {
-            constants.push((1, 1));
+            constants.push((SPECIALISED, 1));
             constants.extend(settings.constants());
         }
-        let kernel = kernel::Kernel::new(&scene.device, PATH, &constants, work::PUSH)?;
+        let mut engine = scene.engine();
+        let top_level = structures.as_ref().map_or(0, |s| s.address());
+        let tracer = TracerBuffers::new(engine.commands(), host, &scene.buffers, &lights, settings, top_level)?;
+        let kernel = match tuning.traversal {
+            Traversal::RayQuery => Kernel::new(&scene.device, spirv!("path_query"), &constants, work::PUSH)?,
+            Traversal::RayPipeline => {
+                let stages = RayStages {
+                    generation: spirv!("path_generation"),
+                    miss: spirv!("path_miss"),
+                    any_hit: spirv!("path_any_hit"),
+                    closest_hit: spirv!("path_closest_hit"),
+                    intersection: spirv!("path_intersection"),
+                };
+                Kernel::rays(&scene.device, engine.commands(), &stages, &constants, work::PUSH)?
+            }
+            Traversal::Auto | Traversal::Compute => Kernel::new(&scene.device, spirv!("path"), &constants, work::PUSH)?,
+        };
+        drop(engine);
         let setup_seconds = scene.prepared.setup_seconds + scene.setup_seconds + start.elapsed().as_secs_f64();
-        Ok(Self { scene, strategy, tracer, kernel, tuning, pace: Mutex::new(0.0), setup_seconds })
+        let pace = Mutex::new(0.0);
+        Ok(Self { scene, strategy, tracer, _structures: structures, kernel, tuning, pace, setup_seconds })
+    }
+
+    /// How rays find what they meet: never [`Traversal::Auto`].
+    pub fn traversal(&self) -> Traversal {
+        self.tuning.traversal
+    }
+
+    /// How fast it is, from as many samples as take a few hundredths of a second.
+    fn seconds_per_sample(&self) -> Result<f64> {
+        let cell = Cell { key: Key([0, 0]), length: BLOCK };
+        let mut samples = 1;
+        loop {
+            let seconds = self.estimate(&cell, samples, &mut None)?.seconds;
+            if seconds > 0.03 || samples >= BLOCK {
+                return Ok(seconds / samples as f64);
+            }
+            samples *= 2;
+        }
     }
 }
 
@@ -121,9 +230,10 @@ impl Estimator for VulkanEstimator {
     fn identity(&self) -> String {
         let info = self.scene.device.info();
         format!(
-            "vulkan path tracer · {} · {} · compute · scene {} · {}",
+            "vulkan path tracer · {} · {} · {} · scene {} · {}",
             info.name,
             info.driver,
+            self.tuning.traversal.label(),
             self.scene.prepared.hash,
             self.strategy.identity()
         )
@@ -151,7 +261,7 @@ impl Estimator for VulkanEstimator {
             Some(Estimate { moments: Some(tree), seconds, .. }) => (&*tree, *seconds),
             _ => (&empty, 0.0),
         };
-        let mut engine = self.scene.engine.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut engine = self.scene.engine();
         let mut pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner);
         let job = Accumulators { pixels: self.shape().pixels() as u32, tree, to: checkpoint };
         let (tree, seconds) =

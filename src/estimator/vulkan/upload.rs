@@ -28,6 +28,8 @@ pub(super) struct SceneBuffers {
     quadric_tree: (u32, [[f32; 3]; 2]),
     /// Entries that a walk's stack needs at most.
     pub(super) stack: u32,
+    /// Boxes of the quadrics: lower and upper corners.
+    pub(super) boxes: Vec<[[f32; 3]; 2]>,
 }
 
 impl SceneBuffers {
@@ -80,6 +82,7 @@ impl SceneBuffers {
             triangle_tree: tree(&bvh.triangle_tree),
             quadric_tree: tree(&bvh.quadric_tree),
             stack: bvh.triangle_tree.depth.max(bvh.quadric_tree.depth).max(1),
+            boxes: bvh.quadrics.iter().map(|q| q.bounds()).collect(),
         })
     }
 }
@@ -154,8 +157,10 @@ pub(super) struct Settings {
     roulette_depth: u32,
 }
 
-/// Id of the first specialization constant that stands for a setting: see `shaders/transport/specialise.glsl`.
+/// Ids of specialization constants: see `shaders/transport/specialise.glsl` and `shaders/accel/tree.glsl`.
+pub(super) const SPECIALISED: u32 = 1;
 const FIRST_SETTING: u32 = 2;
+pub(super) const STACK: u32 = 10;
 
 impl Settings {
     pub(super) fn new(
@@ -209,6 +214,7 @@ impl TracerBuffers {
         buffers: &SceneBuffers,
         lights: &LightTables,
         settings: Settings,
+        top_level: u64,
     ) -> Result<Self> {
         let mut up = |bytes: &[u8]| commands.upload(bytes);
         let tables = [
@@ -249,7 +255,7 @@ impl TracerBuffers {
             shapes: b.shapes.address,
             materials: b.materials.address,
             radiances: b.radiances.address,
-            top_level: 0,
+            top_level,
             lights: LightsAt {
                 tables: tables.each_ref().map(|t| t.address),
                 entry_count: lights.entries.len() as u32,

@@ -15,8 +15,6 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
-static FOLD: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fold.spv"));
-
 /// Seconds that a dispatch should take: long enough to be worth its overhead, far from the two seconds after which systems
 /// take a device for hung.
 const DISPATCH: f64 = 0.07;
@@ -101,7 +99,7 @@ pub(super) struct Engine {
 
 impl Engine {
     pub(super) fn new(device: &Arc<Device>, commands: Commands) -> Result<Self> {
-        let fold = Kernel::new(device, FOLD, &[], PUSH)?;
+        let fold = Kernel::new(device, super::spirv!("fold"), &[], PUSH)?;
         Ok(Self { device: Arc::clone(device), commands, fold, slots: Vec::new(), room: 0, nodes: None })
     }
 
