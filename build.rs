@@ -13,13 +13,14 @@ mod shaders {
     use std::path::{Path, PathBuf};
 
     /// Entry points below shaders/, and the names of what becomes of them.
-    const ENTRIES: [(&str, &str); 12] = [
+    const ENTRIES: [(&str, &str); 13] = [
         ("path.comp", "path"),
         ("path_query.comp", "path_query"),
         ("path.rgen", "path_generation"),
         ("path.rmiss", "path_miss"),
         ("path.rahit", "path_any_hit"),
         ("path.rchit", "path_closest_hit"),
+        ("path_quadric.rchit", "path_quadric_hit"),
         ("path.rint", "path_intersection"),
         ("fold.comp", "fold"),
         ("test/math.comp", "test_math"),

@@ -1,4 +1,4 @@
-// Calls one function of math/, scene/material/ per specialisation; the host compares with the Rust.
+// Calls one function of math/, scene/filter, scene/material/ per specialisation; the host compares with the Rust.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -8,11 +8,10 @@
 #include "math/trig.glsl"
 #include "math/vector.glsl"
 #include "math/warp.glsl"
+#include "scene/filter.glsl"
 #include "scene/material/material.glsl"
 #include "scene/scene.glsl"
-
-layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint FUNCTION = 0;
+#include "test/words.glsl"
 
 const uint SIN_COS_EIGHTH = 0u;
 const uint SIN_COS_TURNS = 1u;
@@ -54,26 +53,14 @@ const uint TRY_NORMALIZE3 = 36u;
 const uint NORMALIZE_OR3 = 37u;
 const uint MIN_MAX = 38u;
 const uint CLAMP1 = 39u;
+const uint FILTER_SAMPLE = 40u;
 
-layout(buffer_reference, scalar, buffer_reference_align = 16) writeonly buffer Results { uint at[]; };
-
-layout(push_constant, scalar) uniform Test {
-    // 24 words per invocation.
-    uint64_t inputs;
-    // 8 words per invocation.
-    uint64_t outputs;
-    uint count;
-} test;
-
-uint words[24];
-uint results[8];
-
-float f1(uint k) { return uintBitsToFloat(words[k]); }
+float f1(uint k) { return uintBitsToFloat(in_word(k)); }
 vec2 f2(uint k) { return vec2(f1(k), f1(k + 1u)); }
 vec3 f3(uint k) { return vec3(f1(k), f1(k + 1u), f1(k + 2u)); }
 
-void put(uint k, float x) { results[k] = floatBitsToUint(x); }
-void put(uint k, bool x) { results[k] = uint(x); }
+void put(uint k, float x) { out_word(k, floatBitsToUint(x)); }
+void put(uint k, bool x) { out_word(k, uint(x)); }
 
 void put(uint k, vec2 x) {
     put(k, x.x);
@@ -86,7 +73,8 @@ void put(uint k, vec3 x) {
     put(k + 2u, x.z);
 }
 
-void call() {
+void main() {
+    if (!start()) return;
     switch (FUNCTION) {
         case SIN_COS_EIGHTH:
         case SIN_COS_TURNS: {
@@ -102,7 +90,7 @@ void call() {
         case ATAN2: put(0u, atan2(f1(0u), f1(1u))); break;
         case FRAME_TO_WORLD: put(0u, frame_to_world(frame_new(f3(0u)), f3(3u))); break;
         case FRAME_TO_LOCAL: put(0u, frame_to_local(frame_new(f3(0u)), f3(3u))); break;
-        case GAMMA: put(0u, gamma(words[0])); break;
+        case GAMMA: put(0u, gamma(in_word(0u))); break;
         case OFFSET_ORIGIN: put(0u, offset_origin(f3(0u), f3(3u), f3(6u), f3(9u))); break;
         case SAMPLE_UNIFORM_HEMISPHERE: put(0u, sample_uniform_hemisphere(f2(0u))); break;
         case UNIFORM_HEMISPHERE_PDF: put(0u, uniform_hemisphere_pdf()); break;
@@ -118,9 +106,7 @@ void call() {
         case UNIFORM_TRIANGLE_PDF: put(0u, uniform_triangle_pdf()); break;
         case SAMPLE_TENT: put(0u, sample_tent(f1(0u))); break;
         case TENT_PDF: put(0u, tent_pdf(f1(0u))); break;
-        case SAMPLE_GAUSSIAN:
-            put(0u, sample_gaussian(f1(0u), Floats(uint64_t(words[14]) | uint64_t(words[15]) << 32)));
-            break;
+        case SAMPLE_GAUSSIAN: put(0u, sample_gaussian(f1(0u), Floats(test.tables))); break;
         case TRIANGLE_SOLID_ANGLE: put(0u, triangle_solid_angle(f3(0u), f3(3u), f3(6u), f3(9u))); break;
         case PARALLELOGRAM_SOLID_ANGLE: put(0u, parallelogram_solid_angle(f3(0u), f3(3u), f3(6u), f3(9u))); break;
         case SPHERICAL_TRIANGLE: {
@@ -141,24 +127,24 @@ void call() {
             break;
         }
         case DIFFUSE_EVAL: put(0u, diffuse_eval(f3(0u), f3(3u), f3(6u))); break;
-        case DIFFUSE_PDF: put(0u, diffuse_pdf(words[0], f3(1u), f3(4u))); break;
+        case DIFFUSE_PDF: put(0u, diffuse_pdf(in_word(0u), f3(1u), f3(4u))); break;
         case DIFFUSE_SAMPLE: {
             vec3 wi;
             float pdf;
-            if (diffuse_sample(words[0], f3(1u), uvec4(words[4], words[5], words[6], words[7]), wi, pdf)) {
+            if (diffuse_sample(in_word(0u), f3(1u), uvec4(in_word(4u), in_word(5u), in_word(6u), in_word(7u)), wi, pdf)) {
                 put(0u, true);
                 put(1u, wi);
                 put(4u, pdf);
             }
             break;
         }
-        case MATERIAL_EVAL: put(0u, material_eval(Material(f3(0u), words[3]), f3(4u), f3(7u))); break;
-        case MATERIAL_PDF: put(0u, material_pdf(Material(f3(0u), words[3]), words[4], f3(5u), f3(8u))); break;
+        case MATERIAL_EVAL: put(0u, material_eval(Material(f3(0u), in_word(3u)), f3(4u), f3(7u))); break;
+        case MATERIAL_PDF: put(0u, material_pdf(Material(f3(0u), in_word(3u)), in_word(4u), f3(5u), f3(8u))); break;
         case MATERIAL_SAMPLE: {
             vec3 wi;
             float pdf;
-            uvec4 drawn = uvec4(words[8], words[9], words[10], words[11]);
-            if (material_sample(Material(f3(0u), words[3]), words[4], f3(5u), drawn, wi, pdf)) {
+            uvec4 drawn = uvec4(in_word(8u), in_word(9u), in_word(10u), in_word(11u));
+            if (material_sample(Material(f3(0u), in_word(3u)), in_word(4u), f3(5u), drawn, wi, pdf)) {
                 put(0u, true);
                 put(1u, wi);
                 put(4u, pdf);
@@ -185,16 +171,10 @@ void call() {
             put(3u, max_element3(f3(0u)));
             break;
         case CLAMP1: put(0u, clamp1(f1(0u), f1(1u), f1(2u))); break;
+        case FILTER_SAMPLE: {
+            Film film = Film(uvec2(0u), uvec2(0u), uvec2(0u), in_word(0u), f1(1u));
+            put(0u, filter_sample(film, f2(2u), Floats(test.tables)));
+            break;
+        }
     }
-}
-
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (i >= test.count) return;
-    Words inputs = Words(test.inputs + uint64_t(i) * 96ul);
-    for (uint k = 0u; k < 24u; ++k) words[k] = inputs.at[k];
-    for (uint k = 0u; k < 8u; ++k) results[k] = 0u;
-    call();
-    Results outputs = Results(test.outputs + uint64_t(i) * 32ul);
-    for (uint k = 0u; k < 8u; ++k) outputs.at[k] = results[k];
 }

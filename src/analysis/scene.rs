@@ -162,6 +162,7 @@ fn checkpoint(
     CheckpointResult {
         spp: n,
         seconds: loaded.iter().map(|c| c.seconds).collect(),
+        wall_seconds: loaded.iter().map(|c| c.wall_seconds).collect(),
         refused: refusal(&metrics, settings, shares),
         metrics,
         predicted,

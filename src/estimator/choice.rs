@@ -5,6 +5,7 @@ use super::cpu::{CpuEstimator, PreparedScene};
 #[cfg(feature = "vulkan")]
 use super::vulkan::{Device, DeviceKind, DeviceScene, Tuning, VulkanEstimator, devices};
 use crate::error::{Error, Result};
+use crate::record::DeviceNote;
 use crate::sampling::Strategy;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -199,9 +200,15 @@ impl Taken {
         Ok(chosen)
     }
 
-    /// All that were taken.
-    pub fn chosen(&self) -> impl Iterator<Item = &Chosen> {
-        self.0.iter().map(|(_, chosen)| chosen)
+    /// All that were taken, for the record: each once, with the first reason.
+    pub fn notes(&self) -> Vec<DeviceNote> {
+        let mut notes: Vec<DeviceNote> = Vec::new();
+        for (_, chosen) in &self.0 {
+            if notes.iter().all(|n| n.name != chosen.name) {
+                notes.push(DeviceNote { name: chosen.name.clone(), reason: chosen.reason.clone() });
+            }
+        }
+        notes
     }
 }
 
@@ -234,6 +241,12 @@ impl PathTracers {
     ) -> Result<(Box<dyn Estimator>, String)> {
         match &device.engine {
             Engine::Cpu => {
+                if !matches!(traversal, Traversal::Auto | Traversal::Compute) {
+                    return Err(Error::Unavailable {
+                        what: format!("traversal {}", traversal.label()),
+                        reason: "the CPU engine has only its own".into(),
+                    });
+                }
                 let estimator = CpuEstimator::new(Arc::clone(&self.prepared), strategy);
                 Ok((Box::new(estimator), device.name.clone()))
             }

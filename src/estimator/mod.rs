@@ -57,8 +57,10 @@ pub struct Estimate {
     pub moments: Option<BlockTree>,
     /// How much was spent on this estimate: samples per value, mesh elements …
     pub abscissa: u64,
-    /// Seconds of sampling, all that led to this estimate.
+    /// Seconds of sampling, all that led to this estimate, by the device's own clock where it has one.
     pub seconds: f64,
+    /// Seconds that passed meanwhile, transfers and waiting included.
+    pub wall_seconds: f64,
 }
 
 /// Something that estimates a field of values, better as its abscissa grows.
@@ -180,14 +182,20 @@ pub fn estimate_by_batches(
     previous: &mut Option<Estimate>,
     draw: impl Fn(Range<u32>, Range<u64>, &mut [f64]) + Sync,
 ) -> Estimate {
-    let (tree, spent) = match previous.take() {
-        Some(Estimate { moments: Some(tree), seconds, .. }) => (tree, seconds),
-        _ => (BlockTree::new(shape.channels), 0.0),
+    let (tree, spent, passed) = match previous.take() {
+        Some(Estimate { moments: Some(tree), seconds, wall_seconds, .. }) => (tree, seconds, wall_seconds),
+        _ => (BlockTree::new(shape.channels), 0.0, 0.0),
     };
     let start = Instant::now();
     let tree = tree.extend(shape.pixels(), checkpoint, draw);
-    let seconds = spent + start.elapsed().as_secs_f64();
-    Estimate { field: tree.fold_map(|m| m.mean), moments: Some(tree), abscissa: checkpoint, seconds }
+    let elapsed = start.elapsed().as_secs_f64();
+    Estimate {
+        field: tree.fold_map(|m| m.mean),
+        moments: Some(tree),
+        abscissa: checkpoint,
+        seconds: spent + elapsed,
+        wall_seconds: passed + elapsed,
+    }
 }
 
 const _: () = assert!(BLOCK == 64, "part of the file format and of every figure's bits");

@@ -8,7 +8,6 @@ use crate::estimator::Shape;
 use crate::estimator::choice::{DeviceRequest, PathTracers, Taken, Traversal};
 use crate::estimator::cpu::PreparedScene;
 use crate::estimator::integrand::{Integrand, IntegrandEstimator};
-use crate::record::DeviceNote;
 use crate::record::image::read_exr;
 use crate::run::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
 use crate::sampling::strategy::Preset;
@@ -53,7 +52,7 @@ pub fn plan(
         log_pixels: experiment.log == super::Log::Pixels,
         scenes,
         claims: experiment.claim.clone(),
-        devices: taken.chosen().map(|c| DeviceNote { name: c.name.clone(), reason: c.reason.clone() }).collect(),
+        devices: taken.notes(),
         warnings,
     })
 }

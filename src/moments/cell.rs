@@ -21,6 +21,8 @@ const LARGEST: u64 = 1 << 34;
 pub struct Checkpoint {
     /// Seconds of sampling up to here.
     pub seconds: f64,
+    /// Seconds that passed meanwhile: [`Estimate::wall_seconds`].
+    pub wall_seconds: f64,
     /// Running mean of every value.
     pub mean: Vec<f64>,
     /// Sample variance S²/(n−1) of every value; NaN where n < 2. Empty for estimators without samples.
@@ -37,6 +39,7 @@ impl Checkpoint {
         let tree = estimate.moments.as_ref();
         Self {
             seconds: estimate.seconds,
+            wall_seconds: estimate.wall_seconds,
             mean: estimate.field.clone(),
             variance: tree.map(|t| t.fold_map(|m| m.sample_variance().unwrap_or(f64::NAN))).unwrap_or_default(),
             non_finite: tree.map_or(0, |t| t.nodes().iter().map(|m| m.non_finite).sum()),
@@ -87,6 +90,8 @@ struct Header {
     values: usize,
     samples: u64,
     seconds: f64,
+    /// Absent in files of older versions.
+    wall_seconds: Option<f64>,
     non_finite: u64,
     located: Vec<(u32, u64)>,
     pixels: usize,
@@ -155,12 +160,13 @@ impl CellFolder {
         self.path.join("state.cell")
     }
 
-    fn header(&self, values: usize, samples: u64, seconds: f64) -> Header {
+    fn header(&self, values: usize, samples: u64, [seconds, wall_seconds]: [f64; 2]) -> Header {
         Header {
             identity: self.identity.clone(),
             values,
             samples,
             seconds,
+            wall_seconds: Some(wall_seconds),
             non_finite: 0,
             located: Vec::new(),
             pixels: 0,
@@ -173,7 +179,7 @@ impl CellFolder {
         let header = Header {
             non_finite: c.non_finite,
             located: c.located.clone(),
-            ..self.header(c.mean.len(), samples, c.seconds)
+            ..self.header(c.mean.len(), samples, [c.seconds, c.wall_seconds])
         };
         write(&self.file(samples), &header, &[bytemuck::cast_slice(&c.mean), bytemuck::cast_slice(&c.variance)])
     }
@@ -189,6 +195,7 @@ impl CellFolder {
         }
         Ok(Some(Checkpoint {
             seconds: header.seconds,
+            wall_seconds: header.wall_seconds.unwrap_or(header.seconds),
             mean: numbers[..values].to_vec(),
             variance: numbers[values..].to_vec(),
             non_finite: header.non_finite,
@@ -203,7 +210,7 @@ impl CellFolder {
             pixels,
             channels,
             located: tree.non_finite().to_vec(),
-            ..self.header(pixels * channels, tree.samples(), estimate.seconds)
+            ..self.header(pixels * channels, tree.samples(), [estimate.seconds, estimate.wall_seconds])
         };
         write(&self.state(), &header, &[bytemuck::cast_slice(tree.nodes())])
     }
@@ -221,7 +228,13 @@ impl CellFolder {
             .flatten()
             .ok_or_else(|| Error::damaged(&path, "its arrays do not fit its header"))?;
         let field = tree.fold_map(|m| m.mean);
-        Ok(Some(Estimate { field, abscissa: tree.samples(), moments: Some(tree), seconds: header.seconds }))
+        Ok(Some(Estimate {
+            field,
+            abscissa: tree.samples(),
+            moments: Some(tree),
+            seconds: header.seconds,
+            wall_seconds: header.wall_seconds.unwrap_or(header.seconds),
+        }))
     }
 
     fn check(&self, path: &Path, header: &Header, samples: u64) -> Result<()> {

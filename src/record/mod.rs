@@ -206,8 +206,11 @@ pub struct Slope {
 pub struct CheckpointResult {
     /// Samples per value.
     pub spp: u64,
-    /// Seconds of sampling up to here, one entry per replicate.
+    /// Seconds of sampling up to here, by the device's own clock where it has one; one entry per replicate.
     pub seconds: Vec<f64>,
+    /// Seconds that passed meanwhile, transfers and waiting included; one entry per replicate.
+    #[serde(default)]
+    pub wall_seconds: Vec<f64>,
     /// One per metric of the record, in that order.
     pub metrics: Vec<MetricResult>,
     /// What σ/√N predicts for the headline metric (not its root), from the samples' own variance; only for independent samples.

@@ -219,10 +219,14 @@ fn strategies(scene: &SceneResult) -> Grid {
     let names = scene.strategies.first().map(|s| axes(s).keys().map(|k| k.replace('_', " ")).collect::<Vec<_>>());
     let names = names.unwrap_or_default();
     let columns: Vec<_> =
-        ["device", "samples", "set-up (s)"].into_iter().chain(names.iter().map(String::as_str)).collect();
+        ["device", "samples", "set-up (s)", "sampling (s)", "wall clock (s)"].into_iter().chain(names.iter().map(String::as_str)).collect();
     let row = |s: &StrategyResult| {
         let dependence = serde_json::to_value(s.dependence).map_or_else(|_| String::new(), |v| word(&v));
-        let mut row = vec![plain(&s.name), plain(&s.device), dependence, significant(s.setup_seconds, 2)];
+        let last = s.checkpoints.last();
+        let sum = |seconds: Option<&Vec<f64>>| seconds.map_or(0.0, |s| s.iter().sum());
+        let seconds = [s.setup_seconds, sum(last.map(|c| &c.seconds)), sum(last.map(|c| &c.wall_seconds))];
+        let mut row = vec![plain(&s.name), plain(&s.device), dependence];
+        row.extend(seconds.map(|s| significant(s, 2)));
         row.extend(axes(s).values().map(word));
         row
     };

@@ -7,7 +7,7 @@
 
 use crate::support::{level, seed};
 use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
-use rootn::estimator::{Cell, Estimate, Estimator as _};
+use rootn::estimator::{Cell, Estimate, Estimator};
 use rootn::math::Vec3;
 use rootn::moments::Moments;
 use rootn::record::Dependence;
@@ -315,8 +315,7 @@ impl Mean {
 }
 
 /// Samples until the relative standard error is at most `precision`. `role` chooses the random numbers.
-fn measure(scene: &Arc<PreparedScene>, strategy: Strategy, precision: f64, role: Role) -> Mean {
-    let estimator = CpuEstimator::new(scene.clone(), strategy);
+fn measure(estimator: &dyn Estimator, precision: f64, role: Role) -> Mean {
     let key = Key::new(seed("closed forms"), role, &estimator.identity(), 0);
     let mut previous: Option<Estimate> = None;
     let mut spp = 64;
@@ -369,10 +368,11 @@ fn every_strategy_gives_the_closed_form() {
                 continue;
             }
             let start = Instant::now();
-            let mut m = measure(&scene, strategy, PRECISION, Role::Run);
+            let estimator = CpuEstimator::new(scene.clone(), strategy);
+            let mut m = measure(&estimator, PRECISION, Role::Run);
             if !m.agrees(form.exact) {
                 println!("{:30} {name:17} once more: {} ± {}", form.name, m.mean, m.std_error);
-                m = measure(&scene, strategy, 0.5 * (m.std_error / m.mean), Role::Reference);
+                m = measure(&estimator, 0.5 * (m.std_error / m.mean), Role::Reference);
             }
             let line = format!(
                 "{:30} {name:17} {:10.7} {:12.7} {:11.1e} {:11.2} {:10} {:8.2}",
@@ -391,6 +391,38 @@ fn every_strategy_gives_the_closed_form() {
         }
     }
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
+
+/// The same on a Vulkan device, for a furnace, a point light, a polygonal light and an environment.
+#[cfg(feature = "vulkan")]
+#[test]
+fn the_device_gives_the_closed_form() {
+    use rootn::estimator::vulkan::{DeviceScene, Tuning, VulkanEstimator};
+    let Some(device) = crate::support::vulkan() else { return };
+    let wanted = ["furnace rho 0.5, depth 4", "point at centre, depth 5", "floor under sphere", "ball in constant light"];
+    let forms: Vec<Form> = forms().into_iter().filter(|f| wanted.contains(&f.name.as_str())).collect();
+    assert_eq!(forms.len(), wanted.len());
+    for form in forms {
+        let prepared = Arc::new(PreparedScene::new(form.scene).unwrap());
+        let scene = Arc::new(DeviceScene::new(&device, prepared).unwrap());
+        for preset in [Preset::Cosine, Preset::Mis, Preset::Sobol] {
+            let estimator = VulkanEstimator::new(Arc::clone(&scene), preset.strategy(), Tuning::default()).unwrap();
+            let mut m = measure(&estimator, PRECISION, Role::Run);
+            if !m.agrees(form.exact) {
+                m = measure(&estimator, 0.5 * (m.std_error / m.mean), Role::Reference);
+            }
+            println!(
+                "{:30} {:8} {:10.7} {:12.7} ± {:.1e}",
+                form.name,
+                preset.label(),
+                form.exact,
+                m.mean,
+                m.std_error
+            );
+            assert!(m.agrees(form.exact), "{}, {}: {} ± {}", form.name, preset.label(), m.mean, m.std_error);
+        }
+    }
+    crate::support::no_messages(&device);
 }
 
 /// In a furnace with roulette from the first bounce a path survives each bounce with probability ρ and throughput 1: X = Le·K,
@@ -432,7 +464,8 @@ fn half_a_percent_of_albedo_is_rejected() {
                 }
             }
             let scene = Arc::new(PreparedScene::new(scene).unwrap());
-            let m = measure(&scene, Preset::Mis.strategy(), 0.7 * PRECISION, Role::Run);
+            let estimator = CpuEstimator::new(scene, Preset::Mis.strategy());
+            let m = measure(&estimator, 0.7 * PRECISION, Role::Run);
             assert!(!m.agrees(form.exact), "{}, albedo × {factor}: {} ± {}", form.name, m.mean, m.std_error);
         }
     }

@@ -2,6 +2,7 @@
 
 use rootn::Error;
 use rootn::estimator::Shape;
+use rootn::estimator::choice::{DeviceRequest, Traversal};
 use rootn::experiment::{load, plan};
 use rootn::record::image::{Attributes, Layers, write_exr};
 use std::path::Path;
@@ -173,7 +174,7 @@ fn files_that_are_wrong() {
             ("preset = \"sobol\"", "preset = \"sobol\"\nname = \"Independent\"", 19, "the same folder"),
             ("integrand = \"step\"", "integrand = \"step\"\nname = \"linear\"", 10, "a second scene named `linear`"),
             ("\"step\"", "\"linear\"", 8, "a second scene named `linear`"),
-            ("sequence = \"independent\"", "preset = \"sobol\"", 17, "the same strategy as"),
+            ("sequence = \"independent\"", "preset = \"sobol\"", 17, "is the same strategy on the same device as"),
             // Claims about what is not there.
             ("of = \"sobol\"", "of = \"sobl\"", 19, "did you mean `sobol`?"),
             ("to = \"independent\"", "to = \"mis\"", 26, "no strategy is named `mis`"),

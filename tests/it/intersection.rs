@@ -43,7 +43,7 @@ impl Random {
 }
 
 /// Triangles without shared vertices as one mesh.
-fn scene(triangles: &[[Vec3; 3]]) -> Scene {
+pub(crate) fn scene(triangles: &[[Vec3; 3]]) -> Scene {
     let n = triangles.len() as u32;
     let geometry = Geometry::Mesh { range: 0..n, smooth: false };
     Scene {

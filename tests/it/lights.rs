@@ -17,7 +17,7 @@ const SAMPLES: u64 = 60_000;
 const BOTH: [Lights; 2] = [Lights::Area, Lights::SolidAngle];
 
 /// A scene with these surfaces as lights of radiance 1. Rectangles and triangles come with their mesh.
-fn lit(shapes: Vec<Geometry>) -> Scene {
+pub(crate) fn lit(shapes: Vec<Geometry>) -> Scene {
     let mut scene = Scene { materials: vec![Material::Black], ..Scene::default() };
     for geometry in shapes {
         let shape = scene.shapes.len() as u32;
@@ -28,7 +28,7 @@ fn lit(shapes: Vec<Geometry>) -> Scene {
 }
 
 /// Adds triangles (vertex, two edges) as one mesh light.
-fn mesh(scene: &mut Scene, triangles: &[[Vec3; 3]]) {
+pub(crate) fn mesh(scene: &mut Scene, triangles: &[[Vec3; 3]]) {
     let (shape, start) = (scene.shapes.len() as u32, scene.triangles.len() as u32);
     for &[a, eb, ec] in triangles {
         let v = scene.positions.len() as u32;
@@ -46,7 +46,7 @@ fn mesh(scene: &mut Scene, triangles: &[[Vec3; 3]]) {
     scene.lights.push(Light::Area { shape, radiance: Vec3::ONE });
 }
 
-fn rectangle(corner: Vec3, edge_u: Vec3, edge_v: Vec3) -> Geometry {
+pub(crate) fn rectangle(corner: Vec3, edge_u: Vec3, edge_v: Vec3) -> Geometry {
     Geometry::Rectangle { range: 0..0, corner, edge_u, edge_v }
 }
 

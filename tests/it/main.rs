@@ -8,6 +8,10 @@ mod closed_form;
 mod command_line;
 mod determinism;
 mod experiment_file;
+#[cfg(feature = "vulkan")]
+mod gpu;
+#[cfg(feature = "vulkan")]
+mod gpu_functions;
 mod harness;
 mod integrals;
 mod intersection;

@@ -43,9 +43,12 @@ fn strategy(name: &str, preset: Preset, v: f64, seconds: f64, replicates: usize,
         let id = |r: usize| name.len() * 1000 + e as usize * 50 + r;
         let values: Vec<f64> = (0..replicates).map(|r| exact * (1.0 + 0.1 * noise(id(r)))).collect();
         let mean = values.iter().sum::<f64>() / replicates as f64;
+        let seconds: Vec<f64> =
+            (0..replicates).map(|r| seconds * 4096.0 * spp as f64 * (1.0 + 0.01 * noise(id(r) + 7))).collect();
         CheckpointResult {
             spp,
-            seconds: (0..replicates).map(|r| seconds * 4096.0 * spp as f64 * (1.0 + 0.01 * noise(id(r) + 7))).collect(),
+            wall_seconds: seconds.clone(),
+            seconds,
             metrics: vec![MetricResult {
                 values,
                 mean: if replicates > 1 { interval(mean, 0.06 * mean) } else { alone(mean) },
@@ -128,6 +131,7 @@ fn record(scenes: Vec<SceneResult>) -> Record {
             version: "0.1.0".into(),
             machine: "made by hand".into(),
             threads: 2,
+            devices: vec![DeviceNote { name: "cpu".into(), reason: "it was asked for".into() }],
             seed: 1,
             sampling_seconds: 12.5,
         },
@@ -430,6 +434,7 @@ fn golden() -> Record {
     let point = |spp: u64, value: f64| CheckpointResult {
         spp,
         seconds: vec![0.5, 0.25],
+        wall_seconds: vec![0.5, 0.25],
         metrics: vec![MetricResult {
             values: vec![value, value / 2.0],
             mean: interval(0.75 * value, 0.1 * value),

@@ -243,7 +243,14 @@ fn strategy(variances: &[f64], seconds: Vec<f64>) -> StrategyResult {
         dependence: Dependence::Independent,
         setup_seconds: 0.0,
         seconds_per_sample: median_interval(&seconds, 0.95),
-        checkpoints: vec![CheckpointResult { spp: 64, seconds, metrics: Vec::new(), predicted: None, refused: None }],
+        checkpoints: vec![CheckpointResult {
+            spp: 64,
+            wall_seconds: seconds.clone(),
+            seconds,
+            metrics: Vec::new(),
+            predicted: None,
+            refused: None,
+        }],
         slope: None,
         relative_variance: jackknife(statistic.all, &statistic.without, 0.95),
         relative_variance_without: statistic.without,
@@ -323,7 +330,7 @@ fn coverage_of_slopes() {
             .map(|k| {
                 let values: Vec<f64> = replicates.iter().map(|r| r[k]).collect();
                 let metrics = vec![MetricResult { mean: mean_interval(&values, 0.95), values, trimmed: None }];
-                CheckpointResult { spp: 1 << k, seconds: vec![1.0; 16], metrics, predicted: None, refused: None }
+                CheckpointResult { spp: 1 << k, seconds: vec![1.0; 16], wall_seconds: vec![1.0; 16], metrics, predicted: None, refused: None }
             })
             .collect();
         ours += u64::from(contains(&slope(&checkpoints, true).unwrap().slope, -0.5));

@@ -125,7 +125,7 @@ fn lanes_equal_brute_force_with_avx512() {
 }
 
 /// Scenes with walls, quadrics, smooth meshes, points and environments as lights.
-fn scenes() -> Vec<PathBuf> {
+pub(crate) fn scenes() -> Vec<PathBuf> {
     let mut scenes = vec![PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/scenes/cornell-box.xml"))];
     if let Some(own) = shared("scenes/own") {
         scenes.extend(["lights.xml", "dragon.xml", "overcast.xml", "baffle.xml"].map(|f| own.join(f)));
@@ -227,7 +227,7 @@ fn samples_do_not_depend_on_their_wave() {
             let cell = |seed| Cell { key: Key::new(seed, Role::Run, "waves", 0), length: n };
             let whole = estimator.estimate(&cell(1), n, &mut None).unwrap();
             let one_by_one =
-                estimate_by_samples(estimator.shape(), strategy.sequence, &cell(1), n, None, |draw, out| {
+                estimate_by_samples(estimator.shape(), strategy.sequence, &cell(1), n, &mut None, |draw, out| {
                     let c = estimator.sample_with(draw, &mut NoSink);
                     out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
                 });

@@ -31,6 +31,7 @@ pub(super) struct RayStages<'a> {
     pub(super) miss: &'a [u8],
     pub(super) any_hit: &'a [u8],
     pub(super) closest_hit: &'a [u8],
+    pub(super) quadric_hit: &'a [u8],
     pub(super) intersection: &'a [u8],
 }
 
@@ -127,6 +128,7 @@ impl Kernel {
             (Stage::MISS_KHR, Module::new(device, code.miss)?),
             (Stage::ANY_HIT_KHR, Module::new(device, code.any_hit)?),
             (Stage::CLOSEST_HIT_KHR, Module::new(device, code.closest_hit)?),
+            (Stage::CLOSEST_HIT_KHR, Module::new(device, code.quadric_hit)?),
             (Stage::INTERSECTION_KHR, Module::new(device, code.intersection)?),
         ];
         let constants = Constants::new(constants);
@@ -145,7 +147,7 @@ impl Kernel {
             group(vk::RayTracingShaderGroupTypeKHR::GENERAL, 0, unused, unused, unused),
             group(vk::RayTracingShaderGroupTypeKHR::GENERAL, 1, unused, unused, unused),
             group(vk::RayTracingShaderGroupTypeKHR::TRIANGLES_HIT_GROUP, unused, 2, 3, unused),
-            group(vk::RayTracingShaderGroupTypeKHR::PROCEDURAL_HIT_GROUP, unused, unused, 3, 4),
+            group(vk::RayTracingShaderGroupTypeKHR::PROCEDURAL_HIT_GROUP, unused, unused, 4, 5),
         ];
         let info = vk::RayTracingPipelineCreateInfoKHR::default()
             .layout(kernel.layout)

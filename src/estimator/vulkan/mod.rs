@@ -190,6 +190,7 @@ impl VulkanEstimator {
                     miss: spirv!("path_miss"),
                     any_hit: spirv!("path_any_hit"),
                     closest_hit: spirv!("path_closest_hit"),
+                    quadric_hit: spirv!("path_quadric_hit"),
                     intersection: spirv!("path_intersection"),
                 };
                 Kernel::rays(&scene.device, engine.commands(), &stages, &constants, work::PUSH)?
@@ -256,10 +257,11 @@ impl Estimator for VulkanEstimator {
     }
 
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate> {
+        let start = Instant::now();
         let empty = BlockTree::new(3);
-        let (tree, spent) = match previous {
-            Some(Estimate { moments: Some(tree), seconds, .. }) => (&*tree, *seconds),
-            _ => (&empty, 0.0),
+        let (tree, spent, passed) = match previous {
+            Some(Estimate { moments: Some(tree), seconds, wall_seconds, .. }) => (&*tree, *seconds, *wall_seconds),
+            _ => (&empty, 0.0, 0.0),
         };
         let mut engine = self.scene.engine();
         let mut pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner);
@@ -271,6 +273,7 @@ impl Estimator for VulkanEstimator {
             moments: Some(tree),
             abscissa: checkpoint,
             seconds: spent + seconds,
+            wall_seconds: passed + start.elapsed().as_secs_f64(),
         })
     }
 }
