@@ -81,8 +81,8 @@ mod shaders {
         let place = |e: glslang::error::GlslangError| {
             e.to_string().replace("ERROR: 0:", &format!("ERROR: {}:", path.display()))
         };
-        let input =
-            ShaderInput::new(&source, stage, &options, None::<&[(&str, Option<&str>)]>, Some(&mut includes)).map_err(place)?;
+        let input = ShaderInput::new(&source, stage, &options, None::<&[(&str, Option<&str>)]>, Some(&mut includes))
+            .map_err(place)?;
         compiler.create_shader(input).map_err(place)?.compile().map_err(place)
     }
 
@@ -112,11 +112,8 @@ mod shaders {
             i.extend(operands);
             i
         };
-        let decorated: std::collections::HashSet<u32> = instructions
-            .iter()
-            .filter(|i| op(i) == DECORATE && i[2] == NO_CONTRACTION)
-            .map(|i| i[1])
-            .collect();
+        let decorated: std::collections::HashSet<u32> =
+            instructions.iter().filter(|i| op(i) == DECORATE && i[2] == NO_CONTRACTION).map(|i| i[1]).collect();
         let last_entry = instructions.iter().rposition(|i| op(i) == ENTRY_POINT).expect("an entry point");
         let first_type = instructions.iter().position(|i| is_type(op(i))).expect("a type");
         let mut out = words[..header].to_vec();

@@ -76,7 +76,7 @@ vec2 spherical_triangle_sample(SphericalTriangle triangle, vec2 u) {
     float x = chord.x, y = chord.y;
     float along = triangle.lb + x;
     float h = u.y * one_minus_cos(along, y);
-    sin = sqrt(h * (2.0 - h));
+    sin = sqrt(max(h * (2.0 - h), 0.0));
     cos = 1.0 - h;
     float r = y > 0.0 ? clamp1(triangle.lb * sin / (y * cos - x * sin), 0.0, 1.0) : u.y;
     return vec2(1.0 - r, r * s);

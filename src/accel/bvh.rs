@@ -37,10 +37,15 @@ impl Bvh {
         let boxes: Vec<_> = primitives.triangles.iter().map(bounds).collect();
         let mut packets = Vec::new();
         // A leaf is one packet, however many triangles it holds.
-        let triangles = Tree::new(&boxes, 8, |_| 1.0, |leaf| {
-            packets.push(primitives.packet(leaf.iter().copied()));
-            packets.len() as u32 - 1
-        });
+        let triangles = Tree::new(
+            &boxes,
+            8,
+            |_| 1.0,
+            |leaf| {
+                packets.push(primitives.packet(leaf.iter().copied()));
+                packets.len() as u32 - 1
+            },
+        );
         let boxes: Vec<_> = primitives.quadrics.iter().map(|q| q.bounds).collect();
         let quadrics = Tree::new(&boxes, 1, |_| 1.0, |leaf| leaf[0]);
         Ok(Self {

@@ -110,11 +110,16 @@ impl CompactBvh {
         let primitives = Primitives::new(scene)?;
         let boxes: Vec<_> = primitives.triangles.iter().map(bounds).collect();
         let mut triangles = Vec::with_capacity(boxes.len());
-        let tree = Tree::new(&boxes, PER_LEAF, |n| TRIANGLE_COST * n as f32, |leaf| {
-            let first = triangles.len() as u32;
-            triangles.extend(leaf.iter().map(|&i| LeafTriangle::new(i, &primitives.triangles[i as usize])));
-            first * 8 + leaf.len() as u32 - 1
-        });
+        let tree = Tree::new(
+            &boxes,
+            PER_LEAF,
+            |n| TRIANGLE_COST * n as f32,
+            |leaf| {
+                let first = triangles.len() as u32;
+                triangles.extend(leaf.iter().map(|&i| LeafTriangle::new(i, &primitives.triangles[i as usize])));
+                first * 8 + leaf.len() as u32 - 1
+            },
+        );
         let boxes: Vec<_> = primitives.quadrics.iter().map(|q| q.bounds).collect();
         let quadric_tree = Tree::new(&boxes, 1, |_| 1.0, |leaf| leaf[0] * 8);
         let quadrics = primitives.quadrics.iter().map(|q| CompactQuadric::new(&q.surface, &q.bounds, q.primitive));

@@ -49,7 +49,9 @@ fn table(list: &[DeviceInfo]) -> String {
     row("f64 in shaders", &|d| yes(d.float64));
     row("ray queries", &|d| yes(d.ray_query));
     row("ray-tracing pipelines", &|d| yes(d.ray_pipeline));
-    row("can render", &|d| if d.missing.is_empty() { "yes".into() } else { format!("no: lacks {}", d.missing.join(", ")) });
+    row("can render", &|d| {
+        if d.missing.is_empty() { "yes".into() } else { format!("no: lacks {}", d.missing.join(", ")) }
+    });
     table.to_string().lines().map(|l| format!("{}\n", l.trim_end())).collect()
 }
 

@@ -1,8 +1,8 @@
 use super::{parameter, use_threads};
 use crate::error::{Error, Result};
+use crate::estimator::Cell;
 use crate::estimator::choice::{DeviceRequest, PathTracers, Traversal};
 use crate::estimator::cpu::PreparedScene;
-use crate::estimator::Cell;
 use crate::record::image::{Attributes, write_exr};
 use crate::record::layers;
 use crate::run::{progress_bar, sample};

@@ -154,7 +154,10 @@ fn vulkan(which: &Which, reason: &str) -> Result<Chosen> {
 
 #[cfg(not(feature = "vulkan"))]
 fn vulkan(_: &Which, _: &str) -> Result<Chosen> {
-    Err(Error::Unavailable { what: "Vulkan".into(), reason: "this rootn was built without the feature `vulkan`".into() })
+    Err(Error::Unavailable {
+        what: "Vulkan".into(),
+        reason: "this rootn was built without the feature `vulkan`".into(),
+    })
 }
 
 #[cfg(feature = "vulkan")]

@@ -150,7 +150,8 @@ fn check(path: &Path, text: &str, e: &Experiment) -> Result<()> {
     for (i, s) in e.strategy.iter().enumerate() {
         if let Some(j) = e.strategy[..i].iter().position(|t| what(t) == what(s)) {
             let (a, b) = (&strategies[j], &strategies[i]);
-            let message = format!("`{b}` is the same strategy on the same device as `{a}`: it would be the same samples");
+            let message =
+                format!("`{b}` is the same strategy on the same device as `{a}`: it would be the same samples");
             return fail(&["strategy", &i.to_string()], message);
         }
     }

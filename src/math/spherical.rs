@@ -106,7 +106,8 @@ impl SphericalTriangle {
         let (x, y) = self.chord(s);
         let along = self.lb + x;
         let h = u[1] * one_minus_cos(along, y);
-        let (sin, cos) = ((h * (2.0 - h)).sqrt(), 1.0 - h);
+        // Where divisions are not exact h may round past 2.
+        let (sin, cos) = ((h * (2.0 - h)).max(0.0).sqrt(), 1.0 - h);
         let r = if y > 0.0 { (self.lb * sin / (y * cos - x * sin)).clamp(0.0, 1.0) } else { u[1] };
         [1.0 - r, r * s]
     }

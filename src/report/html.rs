@@ -218,8 +218,10 @@ fn strategies(scene: &SceneResult) -> Grid {
     };
     let names = scene.strategies.first().map(|s| axes(s).keys().map(|k| k.replace('_', " ")).collect::<Vec<_>>());
     let names = names.unwrap_or_default();
-    let columns: Vec<_> =
-        ["device", "samples", "set-up (s)", "sampling (s)", "wall clock (s)"].into_iter().chain(names.iter().map(String::as_str)).collect();
+    let columns: Vec<_> = ["device", "samples", "set-up (s)", "sampling (s)", "wall clock (s)"]
+        .into_iter()
+        .chain(names.iter().map(String::as_str))
+        .collect();
     let row = |s: &StrategyResult| {
         let dependence = serde_json::to_value(s.dependence).map_or_else(|_| String::new(), |v| word(&v));
         let last = s.checkpoints.last();

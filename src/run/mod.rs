@@ -276,7 +276,12 @@ impl<'a> Runner<'a> {
         let again = before.saturating_sub(track.current.as_ref().map_or(0, |e| e.abscissa));
         self.bar.inc_length(again.saturating_mul(shape.pixels() as u64));
         let cell = Cell { key: track.key, length: n };
-        let (estimate, interrupted) = sample(track.estimator, &cell, n, &mut track.current, &self.bar)?;
+        let sampled = sample(track.estimator, &cell, n, &mut track.current, &self.bar);
+        if let (Err(_), Some(kept)) = (&sampled, track.current.take()) {
+            // What failed is told, not that what it left cannot be kept either.
+            let _ = folder.save_state(&kept, shape.pixels(), shape.channels);
+        }
+        let (estimate, interrupted) = sampled?;
         if interrupted && estimate.abscissa < n {
             folder.save_state(&estimate, shape.pixels(), shape.channels)?;
             return Err(Error::Interrupted);

@@ -34,6 +34,7 @@ pub fn sample(
         let before = current.as_ref().map_or(0, |e| e.abscissa);
         let estimate = estimator.estimate(cell, next_step(current.as_ref(), n), current)?;
         bar.inc((estimate.abscissa - before).saturating_mul(pixels));
+        *current = None;
         let interrupted = INTERRUPTED.load(Ordering::SeqCst);
         if interrupted || estimate.abscissa >= n {
             return Ok((estimate, interrupted));

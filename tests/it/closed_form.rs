@@ -399,7 +399,8 @@ fn every_strategy_gives_the_closed_form() {
 fn the_device_gives_the_closed_form() {
     use rootn::estimator::vulkan::{DeviceScene, Tuning, VulkanEstimator};
     let Some(device) = crate::support::vulkan() else { return };
-    let wanted = ["furnace rho 0.5, depth 4", "point at centre, depth 5", "floor under sphere", "ball in constant light"];
+    let wanted =
+        ["furnace rho 0.5, depth 4", "point at centre, depth 5", "floor under sphere", "ball in constant light"];
     let forms: Vec<Form> = forms().into_iter().filter(|f| wanted.contains(&f.name.as_str())).collect();
     assert_eq!(forms.len(), wanted.len());
     for form in forms {
@@ -411,14 +412,7 @@ fn the_device_gives_the_closed_form() {
             if !m.agrees(form.exact) {
                 m = measure(&estimator, 0.5 * (m.std_error / m.mean), Role::Reference);
             }
-            println!(
-                "{:30} {:8} {:10.7} {:12.7} ± {:.1e}",
-                form.name,
-                preset.label(),
-                form.exact,
-                m.mean,
-                m.std_error
-            );
+            println!("{:30} {:8} {:10.7} {:12.7} ± {:.1e}", form.name, preset.label(), form.exact, m.mean, m.std_error);
             assert!(m.agrees(form.exact), "{}, {}: {} ± {}", form.name, preset.label(), m.mean, m.std_error);
         }
     }

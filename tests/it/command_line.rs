@@ -220,3 +220,111 @@ fn a_closed_pipe_is_no_error() {
     let out = Command::new("sh").current_dir(folder.path()).args(["-c", &script]).output().unwrap();
     assert!(text(&out.stderr).is_empty() && !out.stdout.is_empty(), "{}", text(&out.stderr));
 }
+
+/// Runs a command with changed variables of the environment.
+#[cfg(feature = "vulkan")]
+fn ends_with(folder: &Path, code: i32, variables: &[(&str, &Path)], arguments: &[&str]) -> (String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rootn"));
+    command.current_dir(folder).args(arguments).env_remove("RUST_BACKTRACE").envs(variables.iter().copied());
+    let out = command.output().unwrap();
+    let (stdout, stderr) = (text(&out.stdout).to_owned(), text(&out.stderr).to_owned());
+    assert_eq!(out.status.code(), Some(code), "{arguments:?}\n{stdout}\n{stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    (stdout, stderr)
+}
+
+/// Without a driver, and without a loader, what needs a GPU says why it cannot be had, and all else works.
+#[cfg(feature = "vulkan")]
+#[test]
+fn without_vulkan() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let (scene, nothing) = (cornell(), here.join("nothing.json"));
+    let scene = scene.to_str().unwrap();
+    std::fs::write(here.join("libvulkan.so.1"), "not a library").unwrap();
+    let no_driver = [("VK_DRIVER_FILES", &*nothing), ("VK_ICD_FILENAMES", &*nothing)];
+    let no_loader = [("LD_LIBRARY_PATH", here)];
+    let render = ["render", scene, "-o", "x.exr", "--width", "2", "--height", "2", "--spp", "1"];
+    for variables in [&no_driver[..], &no_loader[..]] {
+        let (_, stderr) = ends_with(here, 2, variables, &[&render[..], &["--device", "vulkan"]].concat());
+        assert!(stderr.contains("is unavailable, because"), "{stderr}");
+        let (_, stderr) = ends_with(here, 0, variables, &render);
+        assert!(stderr.contains("device: cpu, because "), "{stderr}");
+        let (stdout, _) = ends_with(here, 0, variables, &["devices"]);
+        assert!(stdout.contains("unavailable") && stdout.contains("--device auto takes cpu"), "{stdout}");
+        let (stdout, _) = ends_with(here, 0, variables, &["devices", "--json"]);
+        assert_eq!(stdout, "[]\n");
+    }
+}
+
+#[cfg(feature = "vulkan")]
+#[test]
+fn devices_are_chosen_and_named() {
+    let Some(device) = crate::support::vulkan() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let name = device.info().name.clone();
+    let (stdout, _) = ends(here, 0, &["devices"]);
+    assert!(stdout.contains(&name) && stdout.contains("vulkan:0"), "{stdout}");
+    let (stdout, _) = ends(here, 0, &["devices", "--json"]);
+    assert!(serde_json::from_str::<Value>(&stdout).unwrap()[0]["name"].is_string());
+    let scene = cornell();
+    let render = ["render", scene.to_str().unwrap(), "-o", "x.exr", "--width", "8", "--height", "8", "--spp", "4"];
+    let with = |more: &[&'static str]| [&render[..], more].concat();
+    for (arguments, message) in [
+        (with(&["--device", "gpu"]), "vulkan:NAME"),
+        (with(&["--device", "vulkan:99"]), "there are only 0 ("),
+        (with(&["--device", "vulkan:no such thing"]), "there are only 0 ("),
+        (with(&["--device", "cpu", "--traversal", "ray-query"]), "the CPU engine has only its own"),
+        (with(&["--traversal", "magic"]), "ray-pipeline"),
+    ] {
+        let (_, stderr) = ends(here, 2, &arguments);
+        assert!(stderr.contains(message), "{stderr}");
+    }
+    // By index, by a part of the name; a cache of pipelines that is damaged, or not writable, is none.
+    let cache = here.join("cache");
+    let by_name = format!("vulkan:{}", name[..4].to_uppercase());
+    for device in ["vulkan", "vulkan:0", &by_name] {
+        let arguments = [&render[..], &["--device", device, "--traversal", "auto"]].concat();
+        let variables = [("XDG_CACHE_HOME", &*cache), ("ROOTN_VALIDATION", here)];
+        let (_, stderr) = ends_with(here, 0, &variables, &arguments);
+        assert!(stderr.contains(&name) && !stderr.contains("validation:"), "{stderr}");
+        for file in std::fs::read_dir(cache.join("rootn")).unwrap() {
+            std::fs::write(file.unwrap().path(), "damaged").unwrap();
+        }
+    }
+    let (_, stderr) = ends_with(here, 0, &[("XDG_CACHE_HOME", Path::new("/dev/null"))], &with(&["--device", "vulkan"]));
+    assert!(stderr.contains(&name), "{stderr}");
+}
+
+/// The same report from a GPU: only the device, and times, are others.
+#[cfg(feature = "vulkan")]
+#[test]
+fn an_experiment_on_a_gpu() {
+    let Some(device) = crate::support::vulkan() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    experiment(here, &cornell(), 200, "");
+    let results = |out: &str| crate::determinism::results(&here.join(out), "small");
+    ends(here, 0, &["run", "small.toml", "--out", "cpu", "--device", "cpu"]);
+    let variables = [("ROOTN_VALIDATION", here)];
+    let run = ["run", "small.toml", "--out", "gpu", "--device", "vulkan"];
+    let (_, stderr) = ends_with(here, 0, &variables, &run);
+    assert!(!stderr.contains("validation:"), "{stderr}");
+    let (cpu, gpu) = (results("cpu"), results("gpu"));
+    for (a, b) in cpu["scenes"][0]["strategies"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip(gpu["scenes"][0]["strategies"].as_array().unwrap())
+    {
+        assert_eq!(a["device"], "cpu");
+        assert!(b["device"].as_str().unwrap().starts_with(&device.info().name), "{}", b["device"]);
+        let error = |s: &Value| s["checkpoints"][8]["metrics"][0]["mean"]["estimate"].as_f64().unwrap();
+        assert!((error(a) / error(b) - 1.0).abs() < 0.01, "{} and {}", error(a), error(b));
+    }
+    assert_eq!(gpu["provenance"]["devices"][0]["reason"], "it was asked for");
+    // A second time nothing is computed.
+    let (_, stderr) = ends_with(here, 0, &variables, &run);
+    assert!(stderr.contains("0 checkpoints computed"), "{stderr}");
+}

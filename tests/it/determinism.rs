@@ -47,8 +47,9 @@ pub(crate) fn run_file(path: &Path, out: &Path, fresh: bool) -> rootn::Result<(R
 }
 
 /// Fields that hold times, or follow from times: all that may differ between two runs of the same experiment.
-const TIMES: [&str; 7] = [
+const TIMES: [&str; 8] = [
     "seconds",
+    "wall_seconds",
     "sampling_seconds",
     "seconds_per_sample",
     "setup_seconds",
@@ -215,26 +216,43 @@ fn unfinished_state(out: &Path, last: u64) -> bool {
     cells.map(|c| c.unwrap().path()).any(|c| c.join("state.cell").exists() && !c.join(format!("{last}.cell")).exists())
 }
 
-#[test]
-fn killed_runs_continue_to_the_same_bits() {
+/// Kills runs of `spp` samples per pixel after random numbers of milliseconds, and then lets one finish.
+fn kill_and_continue(device: &str, spp: u64, after: std::ops::Range<u64>) {
     let folder = tempfile::tempdir().unwrap();
-    let path = experiment(folder.path(), &cornell(), LONG, "");
+    let path = experiment(folder.path(), &cornell(), spp, "");
     let (undisturbed, disturbed) = (folder.path().join("a"), folder.path().join("b"));
-    assert!(rootn(&path, &undisturbed).status().unwrap().success());
+    let start = |out: &Path| {
+        let mut command = rootn(&path, out);
+        command.args(["--device", device]).spawn().unwrap()
+    };
+    assert!(start(&undisturbed).wait().unwrap().success());
     let mut random = Random::new("killed runs");
     let (mut killed, mut continued) = (0, 0);
     for _ in 0..10 {
-        let mut child = rootn(&path, &disturbed).spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(5 + random.below(150)));
+        let mut child = start(&disturbed);
+        std::thread::sleep(Duration::from_millis(after.start + random.below(after.end - after.start)));
         killed += usize::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();
-        continued += usize::from(unfinished_state(&disturbed, LONG));
+        continued += usize::from(unfinished_state(&disturbed, spp));
     }
     assert!(killed >= 3, "only {killed} runs were still running when killed");
     assert!(continued >= 3, "only {continued} runs went on from a state");
-    assert!(rootn(&path, &disturbed).status().unwrap().success());
+    assert!(start(&disturbed).wait().unwrap().success());
     assert!(left(&undisturbed, "small") == left(&disturbed, "small"));
+}
+
+#[test]
+fn killed_runs_continue_to_the_same_bits() {
+    kill_and_continue("cpu", LONG, 5..155);
+}
+
+#[cfg(feature = "vulkan")]
+#[test]
+fn killed_runs_on_a_gpu_continue_to_the_same_bits() {
+    if crate::support::vulkan().is_some() {
+        kill_and_continue("vulkan", 2 * LONG, 300..2500);
+    }
 }
 
 #[cfg(unix)]

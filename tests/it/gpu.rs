@@ -14,9 +14,12 @@ use rootn::estimator::vulkan::{Device, DeviceScene, Tuning, VulkanEstimator};
 use rootn::estimator::{Cell, Estimate, Estimator};
 use rootn::math::Vec3;
 use rootn::moments::Moments;
+use rootn::record::Record;
+use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, powers_of_two};
 use rootn::sampling::strategy::{Directions, Heuristic, LightChoice, Lights, NoRoulette, Preset, Roulette, Technique};
 use rootn::sampling::{Key, Sequence, Strategy};
 use rootn::scene::{Effects, Geometry, Light, Material, Scene};
+use rootn::stats::Metric;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -148,8 +151,7 @@ fn every_strategy_agrees_with_the_cpu() {
     let scene = Arc::new(DeviceScene::new(&device, Arc::clone(&prepared)).unwrap());
     let directions = [Directions::Uniform, Directions::Cosine, Directions::Bsdf];
     let lights = [Lights::None, Lights::Area, Lights::SolidAngle];
-    let heuristics =
-        [Heuristic::None, Heuristic::Balance, Heuristic::Power, Heuristic::Cutoff, Heuristic::Maximum];
+    let heuristics = [Heuristic::None, Heuristic::Balance, Heuristic::Power, Heuristic::Cutoff, Heuristic::Maximum];
     let sequences = [Sequence::Independent, Sequence::Stratified, Sequence::LatinHypercube, Sequence::Sobol];
     let roulettes = [None, Some(Roulette::Depth(1)), Some(Roulette::Never(NoRoulette::None))];
     let mut failures = Vec::new();
@@ -443,7 +445,9 @@ fn subdivided(t: &[Vec3; 3]) -> Vec<[Vec3; 3]> {
 fn leaks_of_closed_meshes() {
     let Some(device) = vulkan() else { return };
     let runs = 4;
-    for (radius, center) in [(1.0, Vec3::ZERO), (1e-4, Vec3::ZERO), (1.0, Vec3::new(100.0, 30.0, -70.0)), (1e5, Vec3::ONE)] {
+    for (radius, center) in
+        [(1.0, Vec3::ZERO), (1e-4, Vec3::ZERO), (1.0, Vec3::new(100.0, 30.0, -70.0)), (1e5, Vec3::ONE)]
+    {
         let prepared = Arc::new(PreparedScene::new(closed_ball(radius, center)).unwrap());
         let scene = Arc::new(DeviceScene::new(&device, prepared).unwrap());
         for traversal in TRAVERSALS {
@@ -496,6 +500,73 @@ fn a_lost_device_loses_no_samples() {
         assert!(tree(&rest) == tree(&whole), "after {after}");
     }
     no_messages(&device);
+}
+
+/// The same seen from the harness: what was computed is on disk, and the next run goes on from there to the same record.
+#[test]
+fn a_run_on_a_lost_device_leaves_its_cells() {
+    if vulkan().is_none() {
+        return;
+    }
+    let prepared = Arc::new(PreparedScene::new(load(&cornell(), 8)).unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let attempt = |out: &str, lose_after: Option<u64>| {
+        let device = Device::open(&Which::First, true).unwrap();
+        let scene = Arc::new(DeviceScene::new(&device, Arc::clone(&prepared)).unwrap());
+        let contenders = [Preset::Mis, Preset::Stratified].map(|preset| {
+            let strategy = preset.strategy();
+            let estimator = Box::new(estimator(&scene, strategy, Tuning::default()).unwrap());
+            Contender { name: preset.label().into(), device: "gpu".into(), strategy, estimator }
+        });
+        let plan = Plan {
+            name: "lost".into(),
+            question: None,
+            experiment: String::new(),
+            seed: 1,
+            replicates: 3,
+            checkpoints: powers_of_two(300),
+            metrics: vec![Metric::RelMse],
+            targets: vec![0.01],
+            probes: Vec::new(),
+            log_pixels: false,
+            scenes: vec![PlannedScene {
+                name: "cornell".into(),
+                contenders: contenders.into(),
+                reference: ReferencePlan::Exact(0.1),
+                max_depth: None,
+            }],
+            claims: Vec::new(),
+            devices: Vec::new(),
+            warnings: Vec::new(),
+        };
+        if let Some(n) = lose_after {
+            device.lose_after(n);
+        }
+        let options = Options { out: folder.path().join(out), fresh: false, quiet: true };
+        let outcome = rootn::run::run(&plan, &options);
+        no_messages(&device);
+        outcome
+    };
+    let (_, whole) = attempt("undisturbed", None).unwrap();
+    let (mut lost, mut reused) = (0, 0);
+    for submissions in [20, 40, 60, u64::MAX] {
+        match attempt("disturbed", Some(submissions)) {
+            Ok((_, reuse)) => reused = reuse.reused,
+            Err(e) => {
+                assert!(matches!(e, Error::Device { .. }), "{e}");
+                lost += 1;
+            }
+        }
+    }
+    assert!(lost == 3 && reused > 0 && reused < whole.computed, "lost {lost} times, reused {reused}");
+    let left = |out: &str| crate::determinism::left(&folder.path().join(out), "lost");
+    let write = |out: &str| {
+        let record = Record::load(&folder.path().join(out).join("lost")).unwrap();
+        rootn::report::write(&record, &folder.path().join(out).join("lost")).unwrap();
+    };
+    write("undisturbed");
+    write("disturbed");
+    assert!(left("undisturbed") == left("disturbed"));
 }
 
 /// The layer is there and heard: push constants beyond every limit are reported.

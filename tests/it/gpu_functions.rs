@@ -129,7 +129,7 @@ fn math() -> Vec<Case<'static>> {
         // Seen edge-on from within, the last u ends an arc of half a turn, and rounding moves the point along it.
         .hidden(),
         // Made of solid angles up to 2π, whose roundings count relative to its own.
-        Case::new(25, "spherical rectangle", 128.0, rectangular, |w| {
+        Case::new(25, "spherical rectangle", 192.0, rectangular, |w| {
             let (x, y) = ((w.v(3), w.f(6)), (w.v(7), w.f(10)));
             let rectangle = SphericalRectangle::new(w.v(0), x, y, w.v(11), w.f(14));
             decided(rectangle, |a, r| a.sized(1, 1.0 / w.f(14), &r.sample(w.f2(15))))

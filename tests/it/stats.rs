@@ -330,7 +330,14 @@ fn coverage_of_slopes() {
             .map(|k| {
                 let values: Vec<f64> = replicates.iter().map(|r| r[k]).collect();
                 let metrics = vec![MetricResult { mean: mean_interval(&values, 0.95), values, trimmed: None }];
-                CheckpointResult { spp: 1 << k, seconds: vec![1.0; 16], wall_seconds: vec![1.0; 16], metrics, predicted: None, refused: None }
+                CheckpointResult {
+                    spp: 1 << k,
+                    seconds: vec![1.0; 16],
+                    wall_seconds: vec![1.0; 16],
+                    metrics,
+                    predicted: None,
+                    refused: None,
+                }
             })
             .collect();
         ours += u64::from(contains(&slope(&checkpoints, true).unwrap().slope, -0.5));

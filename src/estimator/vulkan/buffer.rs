@@ -70,8 +70,7 @@ impl Buffer {
             let bound = device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset());
             buffer.allocation = Some(allocation);
             bound.map_err(|e| device.failed(e))?;
-            buffer.address =
-                device.raw.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(raw));
+            buffer.address = device.raw.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(raw));
             Ok(buffer)
         }
     }

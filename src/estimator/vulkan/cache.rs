@@ -18,7 +18,10 @@ pub(super) struct PipelineCache {
 
 impl PipelineCache {
     /// The cache for a device with these properties; an empty one where there is no file, or a damaged one.
-    pub(super) fn open(device: &ash::Device, properties: &vk::PhysicalDeviceProperties) -> ash::prelude::VkResult<Self> {
+    pub(super) fn open(
+        device: &ash::Device,
+        properties: &vk::PhysicalDeviceProperties,
+    ) -> ash::prelude::VkResult<Self> {
         let uuid: String = properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
         let name = format!("{:04x}-{:04x}-{uuid}.bin", properties.vendor_id, properties.device_id);
         let file = folder().map(|f| f.join(name));

@@ -97,8 +97,7 @@ impl Commands {
         let mut staging = Buffer::new(&self.device, (bytes.len() as u64).min(CHUNK), Use::Upload)?;
         for (i, chunk) in bytes.chunks(CHUNK as usize).enumerate() {
             staging.bytes_mut()[..chunk.len()].copy_from_slice(chunk);
-            let region =
-                vk::BufferCopy { src_offset: 0, dst_offset: i as u64 * CHUNK, size: chunk.len() as u64 };
+            let region = vk::BufferCopy { src_offset: 0, dst_offset: i as u64 * CHUNK, size: chunk.len() as u64 };
             self.copy(&staging, to, region)?;
         }
         Ok(())

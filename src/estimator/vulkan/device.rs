@@ -87,8 +87,7 @@ impl Instance {
         // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what it is made for.
         let entry = unsafe { ash::Entry::load() }
             .map_err(|e| unavailable("Vulkan", format!("its loader cannot be loaded: {e}")))?;
-        let application =
-            vk::ApplicationInfo::default().application_name(c"rootn").api_version(vk::API_VERSION_1_2);
+        let application = vk::ApplicationInfo::default().application_name(c"rootn").api_version(vk::API_VERSION_1_2);
         let mut info = vk::InstanceCreateInfo::default().application_info(&application);
         let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
         let extensions = [ash::ext::debug_utils::NAME.as_ptr(), vk::EXT_VALIDATION_FEATURES_NAME.as_ptr()];
@@ -280,8 +279,10 @@ impl Device {
                 vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
             let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
             let mut pipeline = vk::PhysicalDeviceRayTracingPipelineFeaturesKHR::default().ray_tracing_pipeline(true);
-            let mut create =
-                vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_features(&core).push_next(&mut twelve);
+            let mut create = vk::DeviceCreateInfo::default()
+                .queue_create_infos(&queues)
+                .enabled_features(&core)
+                .push_next(&mut twelve);
             if traces {
                 extensions.extend([khr::acceleration_structure::NAME, khr::deferred_host_operations::NAME]);
                 create = create.push_next(&mut structures);
@@ -406,10 +407,7 @@ impl Drop for Device {
     }
 }
 
-fn choose(
-    devices: Vec<(vk::PhysicalDevice, DeviceInfo)>,
-    which: &Which,
-) -> Result<(vk::PhysicalDevice, DeviceInfo)> {
+fn choose(devices: Vec<(vk::PhysicalDevice, DeviceInfo)>, which: &Which) -> Result<(vk::PhysicalDevice, DeviceInfo)> {
     let names = devices.iter().map(|(_, i)| format!("{} ({})", i.index, i.name)).collect::<Vec<_>>().join(", ");
     if devices.is_empty() {
         return Err(unavailable("a Vulkan device", "no driver offers one".into()));

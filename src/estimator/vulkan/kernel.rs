@@ -158,17 +158,12 @@ impl Kernel {
         let size = device.shader_groups.handle;
         // SAFETY: what the structures point to lives through the calls.
         let handles = unsafe {
-            let made = f.create_ray_tracing_pipelines(
-                vk::DeferredOperationKHR::null(),
-                device.cache.raw,
-                &[info],
-                None,
-            );
+            let made =
+                f.create_ray_tracing_pipelines(vk::DeferredOperationKHR::null(), device.cache.raw, &[info], None);
             kernel.pipeline = made.map_err(|(_, e)| device.failed(e))?[0];
             f.get_ray_tracing_shader_group_handles(kernel.pipeline, 0, 4, 4 * size as usize)
         };
-        kernel.table =
-            Some(BindingTable::new(device, commands, &handles.map_err(|e| device.failed(e))?)?);
+        kernel.table = Some(BindingTable::new(device, commands, &handles.map_err(|e| device.failed(e))?)?);
         Ok(kernel)
     }
 
@@ -223,12 +218,7 @@ impl BindingTable {
             stride,
             size: entries * stride,
         };
-        Ok(Self {
-            ray_generation: part(0, 1),
-            miss: part(region, 1),
-            hit: part(2 * region, 2),
-            _buffer: buffer,
-        })
+        Ok(Self { ray_generation: part(0, 1), miss: part(region, 1), hit: part(2 * region, 2), _buffer: buffer })
     }
 }
 

@@ -25,8 +25,8 @@ use crate::error::{Error, Result};
 use crate::moments::{BLOCK, BlockTree};
 use crate::record::Dependence;
 use crate::sampling::{Key, Strategy};
-use crate::scene::light::LightSampler;
 use crate::scene::Effects;
+use crate::scene::light::LightSampler;
 use crate::transport::path::depths;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -139,7 +139,11 @@ impl VulkanEstimator {
         }
         let start = Instant::now();
         let info = scene.device.info();
-        let offered = [(Traversal::Compute, true), (Traversal::RayQuery, info.ray_query), (Traversal::RayPipeline, info.ray_pipeline)];
+        let offered = [
+            (Traversal::Compute, true),
+            (Traversal::RayQuery, info.ray_query),
+            (Traversal::RayPipeline, info.ray_pipeline),
+        ];
         let mut best: Option<(f64, Self)> = None;
         for (traversal, _) in offered.into_iter().filter(|(_, there)| *there) {
             let candidate = Self::with_traversal(Arc::clone(&scene), strategy, Tuning { traversal, ..tuning })?;

@@ -60,9 +60,8 @@ impl Structures {
         }
         let instances: Vec<_> = bottom.iter().map(|(s, group)| instance(s, *group)).collect();
         // SAFETY: the structure is plain C data without padding that matters.
-        let bytes = unsafe {
-            std::slice::from_raw_parts(instances.as_ptr().cast::<u8>(), size_of_val::<[_]>(&instances[..]))
-        };
+        let bytes =
+            unsafe { std::slice::from_raw_parts(instances.as_ptr().cast::<u8>(), size_of_val::<[_]>(&instances[..])) };
         let buffer = commands.upload(bytes)?;
         let data = vk::AccelerationStructureGeometryDataKHR {
             instances: vk::AccelerationStructureGeometryInstancesDataKHR::default().data(address(&buffer)),
@@ -173,8 +172,7 @@ fn build(
         let alignment = device.shader_groups.scratch_alignment.max(1);
         let scratch = Buffer::new(device, sizes.build_scratch_size + alignment, Use::Device)?;
         info.dst_acceleration_structure = structure.raw;
-        info.scratch_data =
-            vk::DeviceOrHostAddressKHR { device_address: scratch.address.next_multiple_of(alignment) };
+        info.scratch_data = vk::DeviceOrHostAddressKHR { device_address: scratch.address.next_multiple_of(alignment) };
         let range = [vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(count)];
         commands.once(|raw, c| {
             all_before(raw, c);

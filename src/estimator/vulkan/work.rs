@@ -223,10 +223,8 @@ impl Engine {
         let slot = &self.slots[flight.slot];
         let mut ticks = [0u64; 2];
         // SAFETY: both queries were written by what has been waited for.
-        unsafe {
-            self.device.raw.get_query_pool_results(slot.queries, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
-        }
-        .map_err(|e| self.device.failed(e))?;
+        unsafe { self.device.raw.get_query_pool_results(slot.queries, 0, &mut ticks, vk::QueryResultFlags::TYPE_64) }
+            .map_err(|e| self.device.failed(e))?;
         if bytemuck::pod_read_unaligned::<u32>(&slot.bad.bytes()[..4]) > 0 {
             let mut masks: Vec<u64> = vec![0; flight.work.invocations() as usize];
             let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut masks);

@@ -70,7 +70,8 @@ fn lights_equal_their_twins() {
                     LightTarget::Point(at) => (0, at),
                 };
                 let a = a.bits(1, &[direction]).vector(2, to.p).vector(5, x.wi).vector(8, x.emitted);
-                let a = a.floats(11, &[x.pdf]).bits(12, &[u32::from(x.delta), to.triangle]);
+                let half = if lights == Lights::Area { to.triangle } else { 0 };
+                let a = a.floats(11, &[x.pdf]).bits(12, &[u32::from(x.delta), half]);
                 a.floats(14, &[to.p_error.max_element()]).sized(15, 1.0, &[to.ng.dot(x.wi)])
             })
         };
