@@ -58,6 +58,14 @@ impl Bvh {
         })
     }
 
+    /// Whether [`Self::new`] takes the scene.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn check(scene: &Scene) -> Result<()> {
+        Primitives::new(scene).map(drop)
+    }
+
     /// [`Scene::surface_point`] of the `live` lanes' hits, from tables; `scene` must be the one that the BVH was built for.
     #[inline(always)]
     pub fn surface_points<R: Registers>(

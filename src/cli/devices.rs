@@ -16,7 +16,10 @@ impl Devices {
     pub(super) fn execute(self) -> Result<()> {
         let found = devices();
         if self.json {
-            let list = found.unwrap_or_default();
+            let list = found.unwrap_or_else(|e| {
+                eprintln!("rootn: {e}");
+                Vec::new()
+            });
             return print(&(serde_json::to_string_pretty(&list).expect("plain data") + "\n"));
         }
         print(&match found {

@@ -11,23 +11,26 @@ use crate::scene::Scene;
 use crate::scene::light::LightSampler;
 use crate::transport::{NoSink, PathTracer, Sink, WAVE};
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-/// A scene with everything that all strategies share: checked, hashed, its BVH built.
+/// A scene with everything that all strategies share: checked, hashed, and for the CPU engine its BVH.
 pub struct PreparedScene {
     /// The scene.
     pub scene: Scene,
-    /// Its BVH.
-    pub bvh: Bvh,
     /// Hash of everything that determines samples.
     pub hash: String,
-    /// Seconds that this took.
+    /// Seconds that checks and hash took.
     pub setup_seconds: f64,
+    /// Built when it is first asked for, and the seconds that it took: GPUs have their own.
+    bvh: OnceLock<(Bvh, f64)>,
 }
 
 impl PreparedScene {
-    /// Checks the scene and builds the BVH.
+    /// Checks the scene.
+    ///
+    /// # Errors
+    /// What [`Scene::validate`] finds, too many pixels, and what [`Bvh::new`] refuses.
     pub fn new(scene: Scene) -> Result<Self> {
         let start = Instant::now();
         scene.validate().map_err(|problems| Error::Usage(problems.join("; ")))?;
@@ -35,9 +38,17 @@ impl PreparedScene {
         if pixels > MOST_PIXELS {
             return Err(Error::Usage(format!("a film of {pixels} pixels; at most {MOST_PIXELS} are allowed")));
         }
-        let bvh = Bvh::new(&scene)?;
+        Bvh::check(&scene)?;
         let hash = content_hash(&scene);
-        Ok(Self { scene, bvh, hash, setup_seconds: start.elapsed().as_secs_f64() })
+        Ok(Self { scene, hash, setup_seconds: start.elapsed().as_secs_f64(), bvh: OnceLock::new() })
+    }
+
+    fn bvh(&self) -> &(Bvh, f64) {
+        self.bvh.get_or_init(|| {
+            let start = Instant::now();
+            let bvh = Bvh::new(&self.scene).expect("the scene was checked");
+            (bvh, start.elapsed().as_secs_f64())
+        })
     }
 }
 
@@ -69,11 +80,13 @@ impl CpuEstimator {
     /// An estimator of the scene's image by a strategy.
     pub fn new(prepared: Arc<PreparedScene>, strategy: Strategy) -> Self {
         let lights = LightSampler::new(&prepared.scene, strategy.lights, strategy.light_choice);
+        // Now, not within the time of the first sample.
+        prepared.bvh();
         Self { prepared, strategy, lights }
     }
 
     fn tracer(&self) -> PathTracer<'_> {
-        PathTracer::new(&self.prepared.scene, &self.prepared.bvh, &self.lights, self.strategy)
+        PathTracer::new(&self.prepared.scene, &self.prepared.bvh().0, &self.lights, self.strategy)
     }
 
     /// One sample, told to a sink.
@@ -105,7 +118,7 @@ impl Estimator for CpuEstimator {
     }
 
     fn setup_seconds(&self) -> f64 {
-        self.prepared.setup_seconds
+        self.prepared.setup_seconds + self.prepared.bvh().1
     }
 
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate> {

@@ -2,7 +2,7 @@
 
 use super::table::{common_spp, scene_table, word};
 use super::{Figure, Headline, plain};
-use crate::record::{ClaimResult, Dependence, MetricInfo, Record, SceneResult, StrategyResult, Verdict};
+use crate::record::{ClaimResult, Dependence, DeviceNote, MetricInfo, Record, SceneResult, StrategyResult, Verdict};
 use crate::stats::number::{format_interval, percent, significant};
 use serde::Serialize;
 
@@ -71,6 +71,11 @@ pub(super) fn page(record: &Record, figures: &[Vec<Figure>]) -> String {
     let headline = Headline::of(record);
     let scenes = record.scenes.iter().zip(figures).map(|(s, f)| scene(record, s, &headline, f)).collect();
     let p = &record.provenance;
+    let device = |d: &DeviceNote| format!("{}, because {}", d.name, d.reason);
+    let devices = match &p.devices[..] {
+        [] => "none of its own".to_owned(),
+        devices => devices.iter().map(device).collect::<Vec<_>>().join("; "),
+    };
     let page = Page {
         name: &record.name,
         question: &record.question,
@@ -82,6 +87,7 @@ pub(super) fn page(record: &Record, figures: &[Vec<Figure>]) -> String {
             ("rootn", p.version.clone()),
             ("machine", p.machine.clone()),
             ("threads", p.threads.to_string()),
+            ("devices", plain(&devices)),
             ("experiment seed", p.seed.to_string()),
             ("seconds of sampling", significant(p.sampling_seconds, 4)),
         ],

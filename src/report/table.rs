@@ -307,8 +307,9 @@ pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
         line("");
     }
     let p = &record.provenance;
+    let devices: String = p.devices.iter().map(|d| format!("{}, ", escape(&d.name))).collect();
     line(&format!(
-        "rootn {}, {}, {} threads, seed {}, {} s of sampling.",
+        "rootn {}, {}, {devices}{} threads, seed {}, {} s of sampling.",
         escape(&p.version),
         escape(&p.machine),
         p.threads,

@@ -74,7 +74,8 @@ fn report(name: &str, path: &Path, folder: &Path) {
         let fill = |_: std::ops::Range<u32>, _: std::ops::Range<u64>, out: &mut [f64]| {
             out.copy_from_slice(&free[..out.len()]);
         };
-        let [cpu, _] = timed(|| (0..10).for_each(|_| drop(black_box(estimate_by_batches(shape, SPP, &mut None, fill)))));
+        let [cpu, _] =
+            timed(|| (0..10).for_each(|_| drop(black_box(estimate_by_batches(shape, SPP, &mut None, fill)))));
         seconds[1].push(cpu / 10.0);
         seconds[2].push(timed(|| with_checkpoints(&estimator, &cell, folder))[0]);
     }

@@ -569,6 +569,22 @@ fn a_run_on_a_lost_device_leaves_its_cells() {
     assert!(left("undisturbed") == left("disturbed"));
 }
 
+/// Buffers may be larger than what one binding can name (128 MiB on lavapipe), and than what moves at a time.
+#[test]
+fn films_beyond_the_largest_binding() {
+    let Some(device) = vulkan() else { return };
+    let size = 1024;
+    let bytes = u64::from(size * size) * 3 * size_of::<Moments>() as u64;
+    assert!(bytes > device.info().max_storage_buffer.min(128 << 20), "{bytes}");
+    let prepared = Arc::new(PreparedScene::new(load(&cornell(), size)).unwrap());
+    let scene = Arc::new(DeviceScene::new(&device, Arc::clone(&prepared)).unwrap());
+    let strategy = Preset::Importance.strategy();
+    let cpu = samples(&CpuEstimator::new(prepared, strategy), 1);
+    let paired = Paired::new(&cpu, &samples(&estimator(&scene, strategy, Tuning::default()).unwrap(), 1));
+    assert!(paired.agrees(), "{}", paired.line("large film"));
+    no_messages(&device);
+}
+
 /// The layer is there and heard: push constants beyond every limit are reported.
 #[test]
 fn the_validation_layer_is_heard() {
