@@ -96,6 +96,7 @@ mod shaders {
         const DECORATE: u32 = 71;
         const NO_CONTRACTION: u32 = 42;
         const SIGNED_ZERO_INF_NAN_PRESERVE: [u32; 2] = [4466, 4461];
+        const TYPE_FLOAT: u32 = 22;
         let is_arithmetic = |op: u32| matches!(op, 127 | 129 | 131 | 133 | 136 | 140..=148);
         let is_type = |op: u32| (19..=39).contains(&op);
         let header = 5;
@@ -114,6 +115,7 @@ mod shaders {
         };
         let decorated: std::collections::HashSet<u32> =
             instructions.iter().filter(|i| op(i) == DECORATE && i[2] == NO_CONTRACTION).map(|i| i[1]).collect();
+        let widths: Vec<u32> = instructions.iter().filter(|i| op(i) == TYPE_FLOAT).map(|i| i[2]).collect();
         let last_entry = instructions.iter().rposition(|i| op(i) == ENTRY_POINT).expect("an entry point");
         let first_type = instructions.iter().position(|i| is_type(op(i))).expect("a type");
         let mut out = words[..header].to_vec();
@@ -126,7 +128,9 @@ mod shaders {
             }
             out.extend(*i);
             if n == last_entry {
-                out.extend(instruction(EXECUTION_MODE, &[i[2], SIGNED_ZERO_INF_NAN_PRESERVE[1], 32]));
+                for width in &widths {
+                    out.extend(instruction(EXECUTION_MODE, &[i[2], SIGNED_ZERO_INF_NAN_PRESERVE[1], *width]));
+                }
             }
         }
         out

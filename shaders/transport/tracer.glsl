@@ -28,8 +28,6 @@ struct Tracer {
     vec3 environment;
     uint triangle_count;
     // What specialised kernels know as constants.
-    uint effects;
-    uint light_kinds;
     uint directions;
     uint lights_mode;
     uint heuristic;

@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform Work {
     MomentsAt nodes;
     // Which samples of a block had a non-finite channel: [block][pixel].
     Masks masks;
-    // How many samples had one.
+    // How many blocks have one.
     Counter bad;
     // Samples from … to − 1, of all of which this dispatch does `blocks` blocks from `first_block` on.
     uint64_t from;

@@ -10,7 +10,7 @@ use super::slab::Bounds;
 use super::surface::Surface;
 use super::tree::{LEAF, Tree, Wide};
 use super::triangle::bounds;
-use crate::Result;
+use crate::error::{Error, Place, Result};
 use crate::math::Vec3;
 use crate::scene::Scene;
 use bytemuck::{Pod, Zeroable};
@@ -20,6 +20,9 @@ const PER_LEAF: u32 = 4;
 
 /// Cost of testing a triangle relative to an inner node's eight boxes.
 const TRIANGLE_COST: f32 = 0.3;
+
+/// A leaf's name has 28 bits for its first triangle.
+const MOST_TRIANGLES: usize = 1 << 28;
 
 /// Stands for an empty tree.
 pub const EMPTY: u32 = u32::MAX;
@@ -105,9 +108,17 @@ pub struct CompactBvh {
 }
 
 impl CompactBvh {
-    /// Builds the trees. Errors as for [`super::bvh::Bvh::new`].
+    /// Builds the trees.
+    ///
+    /// # Errors
+    /// Those of [`super::bvh::Bvh::new`], and more than 2²⁸ triangles.
     pub fn new(scene: &Scene) -> Result<Self> {
         let primitives = Primitives::new(scene)?;
+        if primitives.triangles.len() >= MOST_TRIANGLES {
+            let found = primitives.triangles.len();
+            let message = format!("{found} triangles; on a GPU {MOST_TRIANGLES} are allowed");
+            return Err(Error::input(Place::file(&scene.name), message));
+        }
         let boxes: Vec<_> = primitives.triangles.iter().map(bounds).collect();
         let mut triangles = Vec::with_capacity(boxes.len());
         let tree = Tree::new(

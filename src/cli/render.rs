@@ -128,8 +128,15 @@ impl Render {
         }
         let key = Key::new(self.settings.seed, Role::Run, &strategy.identity(), 0);
         let bar = progress_bar(self.spp * estimator.shape().pixels() as u64, self.quiet);
-        let (estimate, interrupted) = sample(&*estimator, &Cell { key, length: self.spp }, self.spp, &mut None, &bar)?;
+        let (cell, mut kept) = (Cell { key, length: self.spp }, None);
+        let outcome = sample(&*estimator, &cell, self.spp, &mut kept, &bar);
         bar.finish_and_clear();
+        // What a device leaves that fails is an image, too.
+        let (estimate, end) = match (outcome, kept) {
+            (Ok((estimate, interrupted)), _) => (estimate, interrupted.then_some(Error::Interrupted)),
+            (Err(e), Some(estimate)) => (estimate, Some(e)),
+            (Err(e), None) => return Err(e),
+        };
         let tree = estimate.moments.as_ref().expect("a path tracer has samples");
         let about = Attributes {
             samples_per_pixel: tree.samples(),
@@ -145,14 +152,15 @@ impl Render {
                 "rootn: warning: non-finite samples, the first in pixel {pixel}, sample {sample}: see `rootn replay`"
             );
         }
-        if interrupted {
-            return Err(Error::Interrupted);
-        }
         if !self.quiet {
             let samples = tree.samples() as f64 * estimator.shape().pixels() as f64;
-            let rate = samples / estimate.seconds / 1e6;
-            eprintln!("{} spp in {:.2} s, {rate:.2} million samples/s", tree.samples(), estimate.seconds);
+            let (seconds, wall) = (estimate.seconds, estimate.wall_seconds);
+            let rate = samples / seconds.max(1e-9) / 1e6;
+            eprintln!(
+                "{} spp in {seconds:.2} s of sampling ({wall:.2} s on the clock), {rate:.2} million samples/s",
+                tree.samples()
+            );
         }
-        Ok(())
+        end.map_or(Ok(()), Err)
     }
 }

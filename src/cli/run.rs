@@ -1,5 +1,5 @@
 use super::{print, use_threads};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::estimator::choice::{DeviceRequest, Traversal};
 use crate::run::Options;
 use crate::{experiment, report};
@@ -47,7 +47,11 @@ impl Run {
                 plan.devices.iter().for_each(|d| eprintln!("device: {}, because {}", d.name, d.reason));
             }
             let options = Options { out: self.out.clone(), fresh: self.fresh, quiet: self.quiet };
-            let (record, reuse) = crate::run::run(&plan, &options)?;
+            let (record, reuse) = crate::run::run(&plan, &options).inspect_err(|e| {
+                if matches!(e, Error::Device { .. }) {
+                    eprintln!("rootn: everything computed so far is kept, the same command continues");
+                }
+            })?;
             let folder = self.out.join(&record.name);
             report::write(&record, &folder)?;
             if self.json {

@@ -84,7 +84,7 @@ impl fmt::Display for DeviceRequest {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Traversal {
-    /// Whichever of the others is fastest on the scene.
+    /// Whichever of the others is fastest on the scene; the next time it may be another.
     Auto,
     /// Our own trees, with the CPU engine's guarantees, on any device.
     #[default]
@@ -125,6 +125,11 @@ enum Engine {
 }
 
 impl Chosen {
+    /// Whether it is the CPU engine.
+    pub fn is_cpu(&self) -> bool {
+        matches!(self.engine, Engine::Cpu)
+    }
+
     fn cpu(reason: impl Into<String>) -> Self {
         Self { name: "cpu".into(), reason: reason.into(), engine: Engine::Cpu }
     }

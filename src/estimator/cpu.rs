@@ -43,7 +43,12 @@ impl PreparedScene {
         Ok(Self { scene, hash, setup_seconds: start.elapsed().as_secs_f64(), bvh: OnceLock::new() })
     }
 
-    fn bvh(&self) -> &(Bvh, f64) {
+    /// The scene's BVH, built at the first call.
+    pub fn bvh(&self) -> &Bvh {
+        &self.timed_bvh().0
+    }
+
+    fn timed_bvh(&self) -> &(Bvh, f64) {
         self.bvh.get_or_init(|| {
             let start = Instant::now();
             let bvh = Bvh::new(&self.scene).expect("the scene was checked");
@@ -86,7 +91,7 @@ impl CpuEstimator {
     }
 
     fn tracer(&self) -> PathTracer<'_> {
-        PathTracer::new(&self.prepared.scene, &self.prepared.bvh().0, &self.lights, self.strategy)
+        PathTracer::new(&self.prepared.scene, self.prepared.bvh(), &self.lights, self.strategy)
     }
 
     /// One sample, told to a sink.
@@ -118,7 +123,7 @@ impl Estimator for CpuEstimator {
     }
 
     fn setup_seconds(&self) -> f64 {
-        self.prepared.setup_seconds + self.prepared.bvh().1
+        self.prepared.setup_seconds + self.prepared.timed_bvh().1
     }
 
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate> {

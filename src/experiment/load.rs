@@ -1,6 +1,6 @@
 //! Reading experiment files: every error names file and line, what was found and what is allowed.
 
-use super::{Experiment, StrategyEntry};
+use super::Experiment;
 use crate::error::{Error, Place, Result, suggestion};
 use crate::estimator::MOST_PIXELS;
 use std::path::Path;
@@ -146,15 +146,6 @@ fn check(path: &Path, text: &str, e: &Experiment) -> Result<()> {
     check_numbers(path, text, e)?;
     let strategies: Vec<String> = e.strategy.iter().map(|s| s.resolve().0).collect();
     check_names(path, text, "strategy", &strategies)?;
-    let what = |s: &StrategyEntry| (s.resolve().1, s.device.clone(), s.traversal);
-    for (i, s) in e.strategy.iter().enumerate() {
-        if let Some(j) = e.strategy[..i].iter().position(|t| what(t) == what(s)) {
-            let (a, b) = (&strategies[j], &strategies[i]);
-            let message =
-                format!("`{b}` is the same strategy on the same device as `{a}`: it would be the same samples");
-            return fail(&["strategy", &i.to_string()], message);
-        }
-    }
     let scenes: Vec<String> = e.scene.iter().map(super::SceneEntry::label).collect();
     check_names(path, text, "scene", &scenes)?;
     for (i, s) in e.scene.iter().enumerate() {

@@ -5,7 +5,7 @@ use super::{Experiment, MaxDepth, ReferenceEntry, SceneEntry};
 use crate::analysis::scene::Reference;
 use crate::error::{Error, Result};
 use crate::estimator::Shape;
-use crate::estimator::choice::{DeviceRequest, PathTracers, Taken, Traversal};
+use crate::estimator::choice::{Chosen, DeviceRequest, PathTracers, Taken, Traversal};
 use crate::estimator::cpu::PreparedScene;
 use crate::estimator::integrand::{Integrand, IntegrandEstimator};
 use crate::record::image::read_exr;
@@ -32,9 +32,10 @@ pub fn plan(
     for entry in &experiment.scene {
         let scene = match entry.integrand {
             Some(integrand) => integrand_scene(experiment, entry, integrand, path, &text)?,
-            None => rendered_scene(experiment, entry, path, (device, traversal, &mut taken), &mut warnings)?,
+            None => rendered_scene(experiment, entry, (path, &text), (device, traversal, &mut taken), &mut warnings)?,
         };
         check_probes(experiment, &scene, path, &text)?;
+        check_distinct(&scene, path, &text)?;
         scenes.push(scene);
     }
     let mut metrics = vec![experiment.metric];
@@ -74,6 +75,22 @@ fn check_probes(experiment: &Experiment, scene: &PlannedScene<'_>, path: &Path, 
     }
 }
 
+/// Two strategies that come down to the same samples would be compared with themselves.
+fn check_distinct(scene: &PlannedScene<'_>, path: &Path, text: &str) -> Result<()> {
+    let samples: Vec<_> = scene.contenders.iter().map(|c| (c.estimator.identity(), c.strategy)).collect();
+    for (i, own) in samples.iter().enumerate() {
+        if let Some(j) = samples[..i].iter().position(|other| other == own) {
+            let (a, b) = (&scene.contenders[j], &scene.contenders[i]);
+            let message = format!(
+                "`{}` is the same strategy on the same device as `{}` ({}): it would be the same samples",
+                b.name, a.name, a.device
+            );
+            return fail_at(path, text, &["strategy", &i.to_string()], message);
+        }
+    }
+    Ok(())
+}
+
 /// Paths in an experiment are relative to its file.
 fn beside(path: &Path, file: &Path) -> PathBuf {
     path.parent().unwrap_or(Path::new(".")).join(file)
@@ -107,7 +124,7 @@ fn integrand_scene(
 fn rendered_scene(
     experiment: &Experiment,
     entry: &SceneEntry,
-    path: &Path,
+    (path, text): (&Path, &str),
     (device, traversal, taken): (&DeviceRequest, Traversal, &mut Taken),
     warnings: &mut Vec<String>,
 ) -> Result<PlannedScene<'static>> {
@@ -123,10 +140,18 @@ fn rendered_scene(
     let max_depth = scene.depth.max;
     let mut tracers = PathTracers::new(Arc::new(PreparedScene::new(scene)?));
     let mut contenders = Vec::new();
-    for s in &experiment.strategy {
+    for (i, s) in experiment.strategy.iter().enumerate() {
         let (name, strategy) = s.resolve();
-        let chosen = taken.take(s.device.as_ref().unwrap_or(device))?;
-        let (estimator, device) = tracers.estimator(&chosen, s.traversal.unwrap_or(traversal), strategy)?;
+        let chosen = taken.take(s.device.as_ref().unwrap_or(device));
+        // What the command line says of Vulkan devices is not meant for the CPU.
+        let default = if chosen.as_ref().is_ok_and(Chosen::is_cpu) { Traversal::Compute } else { traversal };
+        let made = chosen.and_then(|c| tracers.estimator(&c, s.traversal.unwrap_or(default), strategy));
+        let (estimator, device) = match made {
+            Err(e @ Error::Unavailable { .. }) if s.device.is_some() || s.traversal.is_some() => {
+                return fail_at(path, text, &["strategy", &i.to_string()], format!("`{name}`: {e}"));
+            }
+            made => made?,
+        };
         contenders.push(Contender { name, device, strategy, estimator });
     }
     let shape = contenders[0].estimator.shape();
@@ -134,7 +159,8 @@ fn rendered_scene(
         ReferenceEntry { exact: Some(value), .. } => ReferencePlan::Exact(*value),
         ReferenceEntry { image: Some(image), .. } => image_reference(&beside(path, image), shape)?,
         ReferenceEntry { spp, replicates, .. } => ReferencePlan::Rendered {
-            estimator: tracers.estimator(&taken.take(device)?, traversal, Preset::Sobol.strategy())?.0,
+            // Judged by our own traversal: a driver's may leak, and errors would not show it.
+            estimator: tracers.estimator(&taken.take(device)?, Traversal::Compute, Preset::Sobol.strategy())?.0,
             name: "MIS with Sobol points".into(),
             spp: spp.expect("checked on loading"),
             replicates: replicates.unwrap_or(REFERENCE_REPLICATES),

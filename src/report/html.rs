@@ -231,10 +231,10 @@ fn strategies(scene: &SceneResult) -> Grid {
     let row = |s: &StrategyResult| {
         let dependence = serde_json::to_value(s.dependence).map_or_else(|_| String::new(), |v| word(&v));
         let last = s.checkpoints.last();
-        let sum = |seconds: Option<&Vec<f64>>| seconds.map_or(0.0, |s| s.iter().sum());
+        let sum = |seconds: Option<&Vec<f64>>| seconds.filter(|s| !s.is_empty()).map_or(f64::NAN, |s| s.iter().sum());
         let seconds = [s.setup_seconds, sum(last.map(|c| &c.seconds)), sum(last.map(|c| &c.wall_seconds))];
         let mut row = vec![plain(&s.name), plain(&s.device), dependence];
-        row.extend(seconds.map(|s| significant(s, 2)));
+        row.extend(seconds.map(|s| if s.is_finite() { significant(s, 2) } else { "–".into() }));
         row.extend(axes(s).values().map(word));
         row
     };

@@ -277,13 +277,17 @@ impl<'a> Runner<'a> {
         self.bar.inc_length(again.saturating_mul(shape.pixels() as u64));
         let cell = Cell { key: track.key, length: n };
         let sampled = sample(track.estimator, &cell, n, &mut track.current, &self.bar);
+        // A state that is further on stays. That one cannot be kept is told before why it has to be.
+        let keep = |e: &Estimate, stored: u64| match e.abscissa > stored {
+            true => folder.save_state(e, shape.pixels(), shape.channels),
+            false => Ok(()),
+        };
         if let (Err(_), Some(kept)) = (&sampled, track.current.take()) {
-            // What failed is told, not that what it left cannot be kept either.
-            let _ = folder.save_state(&kept, shape.pixels(), shape.channels);
+            keep(&kept, track.stored)?;
         }
         let (estimate, interrupted) = sampled?;
         if interrupted && estimate.abscissa < n {
-            folder.save_state(&estimate, shape.pixels(), shape.channels)?;
+            keep(&estimate, track.stored)?;
             return Err(Error::Interrupted);
         }
         let checkpoint = Checkpoint::of(&estimate);

@@ -48,7 +48,7 @@ impl Effects {
     }
 
     /// All effects, whether called for or not.
-    pub const fn all() -> Self {
+    pub const fn everything() -> Self {
         Self(u32::MAX)
     }
 

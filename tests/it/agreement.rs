@@ -350,7 +350,7 @@ struct Naive {
 
 impl Naive {
     fn sample(&self, draw: &Draw) -> Rgb {
-        let PreparedScene { scene, bvh, .. } = &*self.scene;
+        let (scene, bvh) = (&self.scene.scene, self.scene.bvh());
         let words = |vertex| draw.words(group(vertex, Decision::Direction)).map(unit_f32);
         let [width, height] = scene.film.size;
         let [u, v, ..] = words(0);

@@ -49,6 +49,8 @@ fn estimator(scene: &Arc<DeviceScene>, strategy: Strategy, tuning: Tuning) -> Op
     match VulkanEstimator::new(Arc::clone(scene), strategy, tuning) {
         Ok(e) => Some(e),
         Err(e @ Error::Unavailable { .. }) => {
+            // CI's driver has all of them.
+            assert!(std::env::var_os("CI").is_none(), "{e}");
             println!("left out: {e}");
             None
         }
@@ -64,8 +66,9 @@ fn samples(estimator: &dyn Estimator, runs: u32) -> Vec<f64> {
 /// What a paired comparison finds.
 #[derive(Debug, Default)]
 struct Paired {
-    /// Mean difference over the mean.
+    /// Mean difference over the mean, and the same without flips.
     mean: f64,
+    without_flips: f64,
     /// Samples, those that differ by more than rounding, and how many of these are larger in the second.
     count: usize,
     flips: usize,
@@ -78,7 +81,7 @@ impl Paired {
     fn new(first: &[f64], second: &[f64]) -> Self {
         assert_eq!(first.len(), second.len());
         let mut p = Self::default();
-        let (mut sum, mut difference) = (0.0, 0.0);
+        let (mut sum, mut difference, mut small) = (0.0, 0.0, 0.0);
         for (a, b) in first.chunks(3).zip(second.chunks(3)) {
             assert!(a.iter().chain(b).all(|x| x.is_finite()));
             let (grey_a, grey_b): (f64, f64) = (a.iter().sum(), b.iter().sum());
@@ -89,9 +92,11 @@ impl Paired {
             if a.iter().zip(b).any(|(a, b)| (a - b).abs() > SAMPLE * a.abs().max(b.abs())) {
                 p.flips += 1;
                 p.up += usize::from(grey_b > grey_a);
+            } else {
+                small += grey_b - grey_a;
             }
         }
-        p.mean = difference / sum;
+        (p.mean, p.without_flips) = (difference / sum, small / sum);
         p
     }
 
@@ -170,8 +175,8 @@ fn every_strategy_agrees_with_the_cpu() {
                 let cpu = samples(&CpuEstimator::new(Arc::clone(&prepared), strategy), 4);
                 let gpu = samples(&estimator(&scene, strategy, Tuning::default()).unwrap(), 4);
                 let paired = Paired::new(&cpu, &gpu);
-                // Fewer samples than in the test above: a single flip may move the mean by more than 1e-4.
-                if paired.flips > 2 || (paired.flips == 0 && paired.mean.abs() > MEAN) {
+                // Fewer samples than in the test above: a flip may move the mean by more than 1e-4.
+                if paired.flips > 2 || paired.without_flips.abs() > MEAN {
                     failures.push(paired.line(&strategy.identity()));
                 }
             }
@@ -327,7 +332,7 @@ fn samples_beyond_range_are_located() {
     no_messages(&device);
 }
 
-/// Leaving out what the scene does not call for changes no bit, and is worth its while.
+/// Leaving out what the scene does not call for changes no bit; the time that it saves is printed.
 #[test]
 fn specialised_kernels_give_the_bits_of_the_full_one() {
     let Some(device) = vulkan() else { return };
@@ -593,7 +598,8 @@ fn the_validation_layer_is_heard() {
     }
     let device = Device::open(&Which::First, true).unwrap();
     let fold = include_bytes!(concat!(env!("OUT_DIR"), "/fold.spv"));
-    drop(rootn::estimator::vulkan::kernel::Kernel::new(&device, fold, &[], 1 << 16));
+    // SAFETY: our build made the code; what is wrong is the size.
+    drop(unsafe { rootn::estimator::vulkan::kernel::Kernel::new(&device, fold, &[], 1 << 16) });
     let messages = device.messages();
     assert!(messages.iter().any(|m| m.contains("VUID-VkPushConstantRange")), "{messages:?}");
 }

@@ -55,9 +55,12 @@ impl Buffer {
         unsafe {
             let raw = device.raw.create_buffer(&info, None).map_err(|e| device.failed(e))?;
             let mut buffer = Self { device: Arc::clone(device), raw, allocation: None, address: 0, size };
+            let mut requirements = device.raw.get_buffer_memory_requirements(raw);
+            // What shaders are told of their references.
+            requirements.alignment = requirements.alignment.max(16);
             let desc = AllocationCreateDesc {
                 name: "buffer",
-                requirements: device.raw.get_buffer_memory_requirements(raw),
+                requirements,
                 location,
                 linear: true,
                 allocation_scheme: AllocationScheme::GpuAllocatorManaged,

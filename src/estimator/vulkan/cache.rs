@@ -25,7 +25,9 @@ impl PipelineCache {
         let uuid: String = properties.pipeline_cache_uuid.iter().map(|b| format!("{b:02x}")).collect();
         let name = format!("{:04x}-{:04x}-{uuid}.bin", properties.vendor_id, properties.device_id);
         let file = folder().map(|f| f.join(name));
-        let data = file.as_ref().and_then(|f| std::fs::read(f).ok()).and_then(|b| sound(&b).map(<[u8]>::to_vec));
+        let small = |f: &&PathBuf| std::fs::metadata(f).is_ok_and(|m| m.len() <= LARGEST as u64);
+        let read = |f: &PathBuf| std::fs::read(f).ok();
+        let data = file.as_ref().filter(small).and_then(read).and_then(|b| sound(&b).map(<[u8]>::to_vec));
         let data = data.unwrap_or_default();
         let info = vk::PipelineCacheCreateInfo::default().initial_data(&data);
         // SAFETY: a plain creation call; the data carry our checksum, so they are what the driver gave us once, and it checks
@@ -50,7 +52,7 @@ impl PipelineCache {
 /// The data of a cache file whose checksum holds.
 fn sound(bytes: &[u8]) -> Option<&[u8]> {
     let (checksum, data) = bytes.split_at_checked(CHECKSUM)?;
-    (bytes.len() <= LARGEST && blake3::hash(data).as_bytes() == checksum).then_some(data)
+    (blake3::hash(data).as_bytes() == checksum).then_some(data)
 }
 
 /// Where caches belong on this system.

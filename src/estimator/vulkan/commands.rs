@@ -37,7 +37,7 @@ impl Commands {
     }
 
     /// A command buffer, to be recorded again and again; it lives as long as the stream.
-    pub(super) fn buffer(&self) -> Result<vk::CommandBuffer> {
+    pub(super) fn buffer(&mut self) -> Result<vk::CommandBuffer> {
         let info = vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
         // SAFETY: the pool belongs to the device.
         let buffers = unsafe { self.device.raw.allocate_command_buffers(&info) };
@@ -68,7 +68,8 @@ impl Commands {
         let (semaphores, values) = ([self.semaphore], [value]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         // SAFETY: the semaphore is a timeline semaphore of the device.
-        unsafe { self.device.raw.wait_semaphores(&info, u64::MAX) }.map_err(|e| self.device.failed(e))
+        unsafe { self.device.raw.wait_semaphores(&info, u64::MAX) }.map_err(|e| self.device.failed(e))?;
+        self.device.still_there()
     }
 
     /// Records, submits and waits.
@@ -133,6 +134,38 @@ impl Drop for Commands {
             self.device.raw.destroy_semaphore(self.semaphore, None);
             self.device.raw.destroy_command_pool(self.pool, None);
         }
+    }
+}
+
+/// A query pool.
+pub(super) struct Queries {
+    device: Arc<Device>,
+    pub(super) raw: vk::QueryPool,
+}
+
+impl Queries {
+    pub(super) fn new(device: &Arc<Device>, kind: vk::QueryType, count: u32) -> Result<Self> {
+        let info = vk::QueryPoolCreateInfo::default().query_type(kind).query_count(count);
+        // SAFETY: a plain creation call.
+        let raw = unsafe { device.raw.create_query_pool(&info, None) }.map_err(|e| device.failed(e))?;
+        Ok(Self { device: Arc::clone(device), raw })
+    }
+
+    /// All results; what writes them must have been submitted.
+    pub(super) fn results<const N: usize>(&self) -> Result<[u64; N]> {
+        let mut results = [0; N];
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+        // SAFETY: the pool belongs to the device.
+        unsafe { self.device.raw.get_query_pool_results(self.raw, 0, &mut results, flags) }
+            .map_err(|e| self.device.failed(e))?;
+        Ok(results)
+    }
+}
+
+impl Drop for Queries {
+    fn drop(&mut self) {
+        // SAFETY: whoever submits what writes them waits for it first.
+        unsafe { self.device.raw.destroy_query_pool(self.raw, None) };
     }
 }
 

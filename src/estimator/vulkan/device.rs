@@ -78,7 +78,7 @@ struct Instance {
     // Dropped last: the library must outlive all that it made.
     raw: ash::Instance,
     messages: Option<Messages>,
-    _entry: ash::Entry,
+    entry: ash::Entry,
 }
 
 impl Instance {
@@ -103,9 +103,13 @@ impl Instance {
             }
             e => unavailable("Vulkan", format!("no instance can be made: {e}")),
         })?;
-        let messages = validate.then(|| Messages::new(&entry, &raw)).transpose();
-        let messages = messages.map_err(|e| unavailable("Vulkan", format!("messages cannot be received: {e}")))?;
-        Ok(Self { raw, messages, _entry: entry })
+        let mut instance = Self { raw, messages: None, entry };
+        if validate {
+            let messages = Messages::new(&instance.entry, &instance.raw);
+            let failed = |e| unavailable("Vulkan", format!("messages cannot be received: {e}"));
+            instance.messages = Some(messages.map_err(failed)?);
+        }
+        Ok(instance)
     }
 
     /// All devices, best first.
@@ -155,6 +159,10 @@ impl Instance {
                     controls.shader_signed_zero_inf_nan_preserve_float32 == vk::TRUE,
                     "IEEE infinities and NaN (shaderSignedZeroInfNanPreserveFloat32)",
                 ),
+                (
+                    controls.shader_signed_zero_inf_nan_preserve_float64 == vk::TRUE,
+                    "IEEE infinities and NaN in f64 (shaderSignedZeroInfNanPreserveFloat64)",
+                ),
                 (compute_family(&families).is_some(), "a queue for computing"),
                 (bits > 0, "timestamps"),
             ];
@@ -192,7 +200,9 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        self.messages = None;
+        if let Some(messages) = self.messages.take() {
+            messages.take().iter().for_each(|m| eprintln!("rootn: validation: {m}"));
+        }
         // SAFETY: everything made from the instance holds an `Arc` of its `Device` and is gone.
         unsafe { self.raw.destroy_instance(None) }
     }
@@ -347,7 +357,8 @@ impl Device {
         self.instance.messages.as_ref().map(Messages::take).unwrap_or_default()
     }
 
-    /// From the given number of submissions on, behaves as if the device were lost: for tests of what is left then.
+    /// After the given number of submissions behaves as if the device were lost, the last ones under way: for tests of what is
+    /// left then.
     pub fn lose_after(&self, submissions: u64) {
         self.until_lost.store(submissions, Ordering::SeqCst);
     }
@@ -356,12 +367,17 @@ impl Device {
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    pub(super) fn still_there(&self) -> Result<()> {
+        match self.until_lost.load(Ordering::SeqCst) {
+            0 => Err(self.failed(vk::Result::ERROR_DEVICE_LOST)),
+            _ => Ok(()),
+        }
+    }
+
     /// Submits one command buffer that sets the timeline semaphore to `value` when it is done.
     pub(super) fn submit(&self, commands: vk::CommandBuffer, semaphore: vk::Semaphore, value: u64) -> Result<()> {
+        self.still_there()?;
         let left = self.until_lost.load(Ordering::SeqCst);
-        if left == 0 {
-            return Err(self.failed(vk::Result::ERROR_DEVICE_LOST));
-        }
         if left != u64::MAX {
             self.until_lost.store(left - 1, Ordering::SeqCst);
         }
@@ -380,12 +396,10 @@ impl Device {
     /// The error that a Vulkan result stands for.
     pub(super) fn failed(&self, result: vk::Result) -> Error {
         let message = match result {
-            vk::Result::ERROR_DEVICE_LOST => {
-                "the device was lost (reset by its driver, or taken away); results up to the last checkpoint are kept, the \
-                 same command continues"
-                    .into()
+            vk::Result::ERROR_DEVICE_LOST => "the device was lost (reset by its driver, or taken away)".into(),
+            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => {
+                "out of device memory; a smaller film or scene, or fewer samples, fit".into()
             }
-            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => "out of device memory; a smaller film or scene fits".into(),
             vk::Result::ERROR_OUT_OF_HOST_MEMORY => "out of host memory".into(),
             other => format!("Vulkan error {other}"),
         };
@@ -399,7 +413,6 @@ impl Drop for Device {
         // device, where nothing runs any more.
         unsafe {
             let _ = self.raw.device_wait_idle();
-            self.messages().iter().for_each(|m| eprintln!("rootn: validation: {m}"));
             *self.allocator() = None;
             self.cache.close(&self.raw);
             self.raw.destroy_device(None);
@@ -412,16 +425,19 @@ fn choose(devices: Vec<(vk::PhysicalDevice, DeviceInfo)>, which: &Which) -> Resu
     if devices.is_empty() {
         return Err(unavailable("a Vulkan device", "no driver offers one".into()));
     }
+    let named = |name: &str| {
+        let name = name.to_lowercase();
+        devices.iter().position(|(_, i)| i.name.to_lowercase().contains(&name))
+    };
     let found = match which {
         Which::First => {
             let first = devices.iter().position(|(_, i)| i.missing.is_empty()).unwrap_or(0);
             Some(first)
         }
-        Which::Index(index) => (*index < devices.len()).then_some(*index),
-        Which::Name(name) => {
-            let name = name.to_lowercase();
-            devices.iter().position(|(_, i)| i.name.to_lowercase().contains(&name))
-        }
+        Which::Index(index) if *index < devices.len() => Some(*index),
+        // A number may also be a part of a name.
+        Which::Index(index) => named(&index.to_string()),
+        Which::Name(name) => named(name),
     };
     let asked = || match which {
         Which::First => "a Vulkan device".into(),

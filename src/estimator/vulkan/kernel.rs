@@ -66,10 +66,12 @@ struct Module<'a> {
 }
 
 impl<'a> Module<'a> {
-    fn new(device: &'a Device, code: &[u8]) -> Result<Self> {
+    /// # Safety
+    /// As for [`Kernel::new`].
+    unsafe fn new(device: &'a Device, code: &[u8]) -> Result<Self> {
         let code: Vec<u32> = code.chunks(4).map(|w| u32::from_le_bytes(w.try_into().expect("words"))).collect();
         let info = vk::ShaderModuleCreateInfo::default().code(&code);
-        // SAFETY: the code is made by our build, for the features that the device was opened with.
+        // SAFETY: the caller's promise.
         let raw = unsafe { device.raw.create_shader_module(&info, None) }.map_err(|e| device.failed(e))?;
         Ok(Self { device, raw })
     }
@@ -100,9 +102,14 @@ impl Kernel {
     ///
     /// # Panics
     /// Where `code` is not a whole number of words.
-    pub fn new(device: &Arc<Device>, code: &[u8], constants: &[(u32, u32)], push: u32) -> Result<Self> {
+    ///
+    /// # Safety
+    /// `code` must be valid, for a device with the features that [`Device::open`] asks for.
+    pub unsafe fn new(device: &Arc<Device>, code: &[u8], constants: &[(u32, u32)], push: u32) -> Result<Self> {
         let mut kernel = Self::without_pipeline(device, vk::ShaderStageFlags::COMPUTE, push)?;
-        let (module, constants) = (Module::new(device, code)?, Constants::new(constants));
+        // SAFETY: the caller's promise.
+        let module = unsafe { Module::new(device, code) }?;
+        let constants = Constants::new(constants);
         let constants = constants.info();
         let stage = module.stage(vk::ShaderStageFlags::COMPUTE, &constants);
         let info = vk::ComputePipelineCreateInfo::default().layout(kernel.layout).stage(stage);
@@ -113,7 +120,10 @@ impl Kernel {
     }
 
     /// A ray-tracing pipeline: hit group 0 for triangles, 1 for what has an intersection shader. `commands` fill its table.
-    pub(super) fn rays(
+    ///
+    /// # Safety
+    /// As for [`Self::new`].
+    pub(super) unsafe fn rays(
         device: &Arc<Device>,
         commands: &mut Commands,
         code: &RayStages<'_>,
@@ -123,13 +133,15 @@ impl Kernel {
         use vk::ShaderStageFlags as Stage;
         let all = Stage::RAYGEN_KHR | Stage::MISS_KHR | Stage::ANY_HIT_KHR | Stage::CLOSEST_HIT_KHR;
         let mut kernel = Self::without_pipeline(device, all | Stage::INTERSECTION_KHR, push)?;
+        // SAFETY: the caller's promise.
+        let module = |code| unsafe { Module::new(device, code) };
         let parts = [
-            (Stage::RAYGEN_KHR, Module::new(device, code.generation)?),
-            (Stage::MISS_KHR, Module::new(device, code.miss)?),
-            (Stage::ANY_HIT_KHR, Module::new(device, code.any_hit)?),
-            (Stage::CLOSEST_HIT_KHR, Module::new(device, code.closest_hit)?),
-            (Stage::CLOSEST_HIT_KHR, Module::new(device, code.quadric_hit)?),
-            (Stage::INTERSECTION_KHR, Module::new(device, code.intersection)?),
+            (Stage::RAYGEN_KHR, module(code.generation)?),
+            (Stage::MISS_KHR, module(code.miss)?),
+            (Stage::ANY_HIT_KHR, module(code.any_hit)?),
+            (Stage::CLOSEST_HIT_KHR, module(code.closest_hit)?),
+            (Stage::CLOSEST_HIT_KHR, module(code.quadric_hit)?),
+            (Stage::INTERSECTION_KHR, module(code.intersection)?),
         ];
         let constants = Constants::new(constants);
         let constants = constants.info();
@@ -241,7 +253,11 @@ pub const TEST_INPUTS: usize = 24;
 ///
 /// # Errors
 /// What the driver reports.
-pub fn run_test(
+///
+/// # Safety
+/// As for [`Kernel::new`]; `code` must read and write no more than this.
+#[doc(hidden)]
+pub unsafe fn run_test(
     device: &Arc<Device>,
     code: &[u8],
     constants: &[(u32, u32)],
@@ -251,7 +267,8 @@ pub fn run_test(
     addresses: &[(usize, &[u32])],
 ) -> Result<Vec<u32>> {
     let count = (inputs.len() / TEST_INPUTS) as u32;
-    let kernel = Kernel::new(device, code, constants, 32)?;
+    // SAFETY: the caller's promise.
+    let kernel = unsafe { Kernel::new(device, code, constants, 32) }?;
     let mut commands = Commands::new(device)?;
     let mut tables = tables.to_vec();
     let mut kept = Vec::new();

@@ -2,22 +2,19 @@
 
 use ash::{ext::debug_utils, vk};
 use std::ffi::{CStr, c_char, c_void};
-use std::sync::{Mutex, PoisonError};
-
-/// Messages of the layer that are its own errors, by id, and why.
-const FALSE_ALARMS: [(&str, &str); 0] = [];
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Receives the layer's warnings and errors.
 pub(super) struct Messages {
     debug: debug_utils::Instance,
     messenger: vk::DebugUtilsMessengerEXT,
-    // Boxed: the layer keeps its address.
-    kept: Box<Mutex<Vec<String>>>,
+    // Shared with the layer, which keeps its address.
+    kept: Arc<Mutex<Vec<String>>>,
 }
 
 impl Messages {
     pub(super) fn new(entry: &ash::Entry, instance: &ash::Instance) -> ash::prelude::VkResult<Self> {
-        let kept = Box::new(Mutex::new(Vec::new()));
+        let kept = Arc::new(Mutex::new(Vec::new()));
         let debug = debug_utils::Instance::new(entry, instance);
         let severity = vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR;
         let kinds = vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE;
@@ -25,7 +22,7 @@ impl Messages {
             .message_severity(severity)
             .message_type(kinds)
             .pfn_user_callback(Some(receive))
-            .user_data((&raw const *kept).cast_mut().cast());
+            .user_data(Arc::as_ptr(&kept).cast_mut().cast());
         // SAFETY: `kept` lives as long as the messenger.
         let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }?;
         Ok(Self { debug, messenger, kept })
@@ -58,8 +55,6 @@ unsafe extern "system" fn receive(
         let string = |p: *const c_char| if p.is_null() { c"" } else { CStr::from_ptr(p) }.to_string_lossy();
         (string(data.p_message_id_name), string(data.p_message), &*kept.cast::<Mutex<Vec<String>>>())
     };
-    if !FALSE_ALARMS.iter().any(|(known, _)| *known == id) {
-        kept.lock().unwrap_or_else(PoisonError::into_inner).push(format!("{id}: {text}"));
-    }
+    kept.lock().unwrap_or_else(PoisonError::into_inner).push(format!("{id}: {text}"));
     vk::FALSE
 }

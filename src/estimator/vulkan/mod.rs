@@ -15,8 +15,8 @@ pub use device::{Device, DeviceInfo, DeviceKind, devices};
 use self::commands::Commands;
 use self::kernel::{Kernel, RayStages};
 use self::structures::{Geometry, Structures};
-use self::upload::{SPECIALISED, STACK, SceneBuffers, Settings, TracerBuffers};
-use self::work::{Accumulators, Engine};
+use self::upload::{EFFECTS, LIGHT_KINDS, SPECIALISED, STACK, SceneBuffers, Settings, TracerBuffers};
+use self::work::{Accumulators, Engine, Pace};
 use super::choice::Traversal;
 use super::cpu::PreparedScene;
 use super::{Cell, Estimate, Estimator, Shape, dependence_of, is_progressive};
@@ -45,8 +45,10 @@ pub struct DeviceScene {
     prepared: Arc<PreparedScene>,
     buffers: SceneBuffers,
     engine: Mutex<Engine>,
-    /// The driver's acceleration structures, once they were asked for.
-    structures: Mutex<Option<Arc<Structures>>>,
+    /// The driver's acceleration structures, once they were asked for, and the seconds that they took.
+    structures: Mutex<Option<(Arc<Structures>, f64)>>,
+    /// What [`Traversal::Auto`] has found, once it was asked for.
+    fastest: Mutex<Option<Traversal>>,
     /// Seconds that building of our trees and the upload took.
     setup_seconds: f64,
 }
@@ -63,20 +65,28 @@ impl DeviceScene {
         let buffers = SceneBuffers::new(&mut commands, &prepared.scene, &bvh)?;
         let engine = Mutex::new(Engine::new(device, commands)?);
         let setup_seconds = start.elapsed().as_secs_f64();
-        let structures = Mutex::new(None);
-        Ok(Self { device: Arc::clone(device), prepared, buffers, engine, structures, setup_seconds })
+        Ok(Self {
+            device: Arc::clone(device),
+            prepared,
+            buffers,
+            engine,
+            structures: Mutex::new(None),
+            fastest: Mutex::new(None),
+            setup_seconds,
+        })
     }
 
     fn engine(&self) -> MutexGuard<'_, Engine> {
         self.engine.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The driver's acceleration structures, built at the first call.
-    fn structures(&self) -> Result<Arc<Structures>> {
+    /// The driver's acceleration structures, built at the first call, and the seconds that they took.
+    fn structures(&self) -> Result<(Arc<Structures>, f64)> {
         let mut kept = self.structures.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(structures) = &*kept {
-            return Ok(Arc::clone(structures));
+            return Ok(structures.clone());
         }
+        let start = Instant::now();
         let scene = &self.prepared.scene;
         let mut engine = self.engine();
         let commands = engine.commands();
@@ -90,8 +100,7 @@ impl DeviceScene {
             boxes: (&boxes, self.buffers.boxes.len() as u32),
         };
         let structures = Arc::new(Structures::new(&self.device, commands, &geometry)?);
-        *kept = Some(Arc::clone(&structures));
-        Ok(structures)
+        Ok(kept.insert((structures, start.elapsed().as_secs_f64())).clone())
     }
 }
 
@@ -113,7 +122,7 @@ impl Default for Tuning {
 }
 
 /// A strategy on a scene, on a Vulkan device. Samples have the same identities as on the CPU, and up to rounding the same
-/// values; blocks of 64 are summed in f32, blocks in f64.
+/// values; blocks of 64 are summed in f32, blocks in f64: within a block fourth powers of deviations beyond 1e9 leave the range.
 pub struct VulkanEstimator {
     scene: Arc<DeviceScene>,
     strategy: Strategy,
@@ -122,14 +131,13 @@ pub struct VulkanEstimator {
     _structures: Option<Arc<Structures>>,
     kernel: Kernel,
     tuning: Tuning,
-    /// Seconds per invocation so far; 0 before the first dispatch.
-    pace: Mutex<f64>,
+    pace: Mutex<Pace>,
     setup_seconds: f64,
 }
 
 impl VulkanEstimator {
-    /// An estimator of the scene's image by a strategy. With [`Traversal::Auto`] all that the device offers are tried for a
-    /// moment each, and the fastest is taken.
+    /// An estimator of the scene's image by a strategy. With [`Traversal::Auto`] the first strategy tries all traversals that the
+    /// device offers for a moment each; the fastest is taken for it and for all later ones on the scene.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails, [`Error::Unavailable`] where it lacks the traversal.
@@ -137,28 +145,31 @@ impl VulkanEstimator {
         if tuning.traversal != Traversal::Auto {
             return Self::with_traversal(scene, strategy, tuning);
         }
-        let start = Instant::now();
-        let info = scene.device.info();
-        let offered = [
-            (Traversal::Compute, true),
-            (Traversal::RayQuery, info.ray_query),
-            (Traversal::RayPipeline, info.ray_pipeline),
-        ];
-        let mut best: Option<(f64, Self)> = None;
-        for (traversal, _) in offered.into_iter().filter(|(_, there)| *there) {
-            let candidate = Self::with_traversal(Arc::clone(&scene), strategy, Tuning { traversal, ..tuning })?;
-            let seconds = candidate.seconds_per_sample()?;
-            if best.as_ref().is_none_or(|(least, _)| seconds < *least) {
-                best = Some((seconds, candidate));
+        let mut fastest = scene.fastest.lock().unwrap_or_else(PoisonError::into_inner);
+        let traversal = match *fastest {
+            Some(traversal) => traversal,
+            None => *fastest.insert(Self::fastest(&scene, strategy, tuning)?),
+        };
+        drop(fastest);
+        Self::with_traversal(scene, strategy, Tuning { traversal, ..tuning })
+    }
+
+    /// The fastest traversal. One that fails is none, as long as our own works.
+    fn fastest(scene: &Arc<DeviceScene>, strategy: Strategy, tuning: Tuning) -> Result<Traversal> {
+        let measure = |traversal| {
+            let candidate = Self::with_traversal(Arc::clone(scene), strategy, Tuning { traversal, ..tuning })?;
+            candidate.seconds_per_sample()
+        };
+        let mut best = (measure(Traversal::Compute)?, Traversal::Compute);
+        for traversal in [Traversal::RayQuery, Traversal::RayPipeline] {
+            if let Ok(seconds) = measure(traversal) {
+                best = if seconds < best.0 { (seconds, traversal) } else { best };
             }
         }
-        let (_, mut best) = best.expect("compute is always offered");
-        best.setup_seconds = scene.prepared.setup_seconds + scene.setup_seconds + start.elapsed().as_secs_f64();
-        Ok(best)
+        Ok(best.1)
     }
 
     fn with_traversal(scene: Arc<DeviceScene>, strategy: Strategy, tuning: Tuning) -> Result<Self> {
-        let start = Instant::now();
         let info = scene.device.info();
         let lacks = |extension: &str| Error::Unavailable {
             what: format!("traversal {}", tuning.traversal.label()),
@@ -170,40 +181,44 @@ impl VulkanEstimator {
             _ => {}
         }
         let structures = (tuning.traversal != Traversal::Compute).then(|| scene.structures()).transpose()?;
+        let (structures, building) = structures.unzip();
+        let start = Instant::now();
         let host = &scene.prepared.scene;
         let sampler = LightSampler::new(host, strategy.lights, strategy.light_choice);
         let lights = sampler.tables();
-        let (effects, kinds) = match tuning.specialised {
-            true => (Effects::of(host, !sampler.is_empty()), lights.kinds),
-            false => (Effects::all(), u32::MAX),
-        };
-        let settings = Settings::new(&strategy, depths(host, &strategy), effects, kinds);
+        let settings = Settings::new(&strategy, depths(host, &strategy));
         let mut constants = vec![(STACK, scene.buffers.stack)];
         if tuning.specialised {
-            constants.push((SPECIALISED, 1));
+            let effects = Effects::of(host, !sampler.is_empty());
+            constants.extend([(SPECIALISED, 1), (EFFECTS, effects.bits()), (LIGHT_KINDS, lights.kinds)]);
             constants.extend(settings.constants());
         }
         let mut engine = scene.engine();
         let top_level = structures.as_ref().map_or(0, |s| s.address());
         let tracer = TracerBuffers::new(engine.commands(), host, &scene.buffers, &lights, settings, top_level)?;
-        let kernel = match tuning.traversal {
-            Traversal::RayQuery => Kernel::new(&scene.device, spirv!("path_query"), &constants, work::PUSH)?,
-            Traversal::RayPipeline => {
-                let stages = RayStages {
-                    generation: spirv!("path_generation"),
-                    miss: spirv!("path_miss"),
-                    any_hit: spirv!("path_any_hit"),
-                    closest_hit: spirv!("path_closest_hit"),
-                    quadric_hit: spirv!("path_quadric_hit"),
-                    intersection: spirv!("path_intersection"),
-                };
-                Kernel::rays(&scene.device, engine.commands(), &stages, &constants, work::PUSH)?
+        // SAFETY: our build made the code, and rays are only traced where the device was opened for them.
+        let kernel = unsafe {
+            let compute = |code| Kernel::new(&scene.device, code, &constants, work::PUSH);
+            match tuning.traversal {
+                Traversal::RayQuery => compute(spirv!("path_query"))?,
+                Traversal::RayPipeline => {
+                    let stages = RayStages {
+                        generation: spirv!("path_generation"),
+                        miss: spirv!("path_miss"),
+                        any_hit: spirv!("path_any_hit"),
+                        closest_hit: spirv!("path_closest_hit"),
+                        quadric_hit: spirv!("path_quadric_hit"),
+                        intersection: spirv!("path_intersection"),
+                    };
+                    Kernel::rays(&scene.device, engine.commands(), &stages, &constants, work::PUSH)?
+                }
+                Traversal::Auto | Traversal::Compute => compute(spirv!("path"))?,
             }
-            Traversal::Auto | Traversal::Compute => Kernel::new(&scene.device, spirv!("path"), &constants, work::PUSH)?,
         };
         drop(engine);
-        let setup_seconds = scene.prepared.setup_seconds + scene.setup_seconds + start.elapsed().as_secs_f64();
-        let pace = Mutex::new(0.0);
+        let before = scene.prepared.setup_seconds + scene.setup_seconds + building.unwrap_or(0.0);
+        let setup_seconds = before + start.elapsed().as_secs_f64();
+        let pace = Mutex::new(Pace::default());
         Ok(Self { scene, strategy, tracer, _structures: structures, kernel, tuning, pace, setup_seconds })
     }
 
@@ -215,9 +230,12 @@ impl VulkanEstimator {
     /// How fast it is, from as many samples as take a few hundredths of a second.
     fn seconds_per_sample(&self) -> Result<f64> {
         let cell = Cell { key: Key([0, 0]), length: BLOCK };
+        let seconds = |samples| self.estimate(&cell, samples, &mut None).map(|e| e.seconds);
+        // Once for warming up.
+        seconds(1)?;
         let mut samples = 1;
         loop {
-            let seconds = self.estimate(&cell, samples, &mut None)?.seconds;
+            let seconds = seconds(samples)?;
             if seconds > 0.03 || samples >= BLOCK {
                 return Ok(seconds / samples as f64);
             }

@@ -1,7 +1,7 @@
 //! Acceleration structures of the driver: one over the triangles, one over the quadrics' boxes, and one over both.
 
 use super::buffer::{Buffer, Use};
-use super::commands::{Commands, all_before};
+use super::commands::{Commands, Queries, all_before};
 use super::device::Device;
 use crate::error::Result;
 use ash::{khr, vk};
@@ -116,25 +116,17 @@ fn lower(
         | vk::BuildAccelerationStructureFlagsKHR::ALLOW_COMPACTION;
     let large = build(device, commands, level, flags, geometry, count)?;
     let query = vk::QueryType::ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
-    let info = vk::QueryPoolCreateInfo::default().query_type(query).query_count(1);
+    let size = Queries::new(device, query, 1)?;
     let f = functions(device);
-    let mut size = [0u64];
-    // SAFETY: `large` is built and lives until the copy is waited for; the pool is destroyed after use.
+    // SAFETY: both structures and the pool live until what uses them is waited for.
     unsafe {
-        let pool = device.raw.create_query_pool(&info, None).map_err(|e| device.failed(e))?;
-        let done = commands
-            .once(|raw, c| {
-                raw.cmd_reset_query_pool(c, pool, 0, 1);
-                all_before(raw, c);
-                f.cmd_write_acceleration_structures_properties(c, &[large.raw], query, pool, 0);
-            })
-            .and_then(|()| {
-                let wait = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
-                device.raw.get_query_pool_results(pool, 0, &mut size, wait).map_err(|e| device.failed(e))
-            });
-        device.raw.destroy_query_pool(pool, None);
-        done?;
-        let small = Structure::new(device, level, size[0])?;
+        commands.once(|raw, c| {
+            raw.cmd_reset_query_pool(c, size.raw, 0, 1);
+            all_before(raw, c);
+            f.cmd_write_acceleration_structures_properties(c, &[large.raw], query, size.raw, 0);
+        })?;
+        let [size] = size.results()?;
+        let small = Structure::new(device, level, size)?;
         let copy = vk::CopyAccelerationStructureInfoKHR::default()
             .src(large.raw)
             .dst(small.raw)

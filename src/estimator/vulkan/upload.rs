@@ -143,12 +143,10 @@ struct LightsAt {
     environment_pdf: f32,
 }
 
-/// What kernels are specialised for, in the order of their constants from [`FIRST_SETTING`] on.
+/// What a strategy does, in the order of the specialization constants from [`FIRST_SETTING`] on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Settings {
-    pub(super) effects: u32,
-    pub(super) light_kinds: u32,
     directions: u32,
     lights: u32,
     heuristic: u32,
@@ -159,19 +157,14 @@ pub(super) struct Settings {
 
 /// Ids of specialization constants: see `shaders/transport/specialise.glsl` and `shaders/accel/tree.glsl`.
 pub(super) const SPECIALISED: u32 = 1;
-const FIRST_SETTING: u32 = 2;
+pub(super) const EFFECTS: u32 = 2;
+pub(super) const LIGHT_KINDS: u32 = 3;
+const FIRST_SETTING: u32 = 4;
 pub(super) const STACK: u32 = 10;
 
 impl Settings {
-    pub(super) fn new(
-        strategy: &Strategy,
-        (max_depth, roulette_depth): (u32, u32),
-        effects: Effects,
-        light_kinds: u32,
-    ) -> Self {
+    pub(super) fn new(strategy: &Strategy, (max_depth, roulette_depth): (u32, u32)) -> Self {
         Self {
-            effects: effects.bits(),
-            light_kinds,
             directions: match strategy.directions {
                 Directions::Uniform => 0,
                 Directions::Cosine => 1,
@@ -202,7 +195,7 @@ impl Settings {
 
     /// As specialization constants (id, value).
     pub(super) fn constants(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let words: [u32; 8] = bytemuck::cast(*self);
+        let words: [u32; 6] = bytemuck::cast(*self);
         (FIRST_SETTING..).zip(words)
     }
 }

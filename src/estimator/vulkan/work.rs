@@ -1,10 +1,10 @@
 //! Dispatches: their size, two of them in flight, and the moments that stay on the device until they are read back.
 
 use super::buffer::{Buffer, Use};
-use super::commands::{Commands, all_before};
+use super::commands::{Commands, Queries, all_before};
 use super::device::Device;
 use super::kernel::Kernel;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::estimator::Cell;
 use crate::moments::tree::node_count;
 use crate::moments::{BLOCK, BlockTree, Moments};
@@ -19,14 +19,37 @@ use std::sync::Arc;
 /// take a device for hung.
 const DISPATCH: f64 = 0.07;
 
-/// Invocations of the first dispatch, whose speed is not known yet.
-const FIRST: u32 = 2048;
+/// Samples of the first dispatch, whose speed is not known yet.
+const FIRST: f64 = 65_536.0;
 
-/// How much longer than the one before a dispatch may be.
+/// How many times the samples of the one before a dispatch may have: the speed of few need not be that of many.
 const GROWTH: f64 = 8.0;
+
+/// How much of a slow dispatch is remembered at the next one: parts of a film differ.
+const MEMORY: f64 = 0.75;
 
 /// Most invocations of a dispatch: leaves take 104 bytes each, and 65535 groups of 64 always fit.
 const MOST: u32 = 1 << 20;
+
+/// How fast dispatches of a kernel have been.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pace {
+    /// Seconds per sample; 0 before the first dispatch.
+    seconds: f64,
+    /// Samples of the last dispatch.
+    samples: f64,
+}
+
+impl Pace {
+    /// Samples of the next dispatch.
+    fn next(&self) -> f64 {
+        if self.seconds > 0.0 { (DISPATCH / self.seconds).min(GROWTH * self.samples.max(FIRST)) } else { FIRST }
+    }
+
+    fn update(&mut self, samples: f64, seconds: f64) {
+        *self = Self { seconds: (seconds / samples).max(MEMORY * self.seconds), samples };
+    }
+}
 
 /// Bytes of the push constants.
 pub(super) const PUSH: u32 = size_of::<Work>() as u32;
@@ -55,6 +78,12 @@ impl Work {
     fn invocations(&self) -> u32 {
         self.pixels * self.blocks
     }
+
+    fn samples(&self) -> f64 {
+        let end = ((self.first_block + u64::from(self.blocks)) * BLOCK).min(self.to);
+        let start = (self.first_block * BLOCK).max(self.from);
+        f64::from(self.pixels) * (end - start) as f64
+    }
 }
 
 /// Bytes per invocation, and per pixel and node.
@@ -72,7 +101,7 @@ pub(super) struct Accumulators<'a> {
 /// Memory of one dispatch in flight.
 struct Slot {
     commands: vk::CommandBuffer,
-    queries: vk::QueryPool,
+    queries: Queries,
     leaves: Buffer,
     masks: Buffer,
     /// One word: blocks with non-finite samples.
@@ -99,7 +128,8 @@ pub(super) struct Engine {
 
 impl Engine {
     pub(super) fn new(device: &Arc<Device>, commands: Commands) -> Result<Self> {
-        let fold = Kernel::new(device, super::spirv!("fold"), &[], PUSH)?;
+        // SAFETY: our build made the code.
+        let fold = unsafe { Kernel::new(device, super::spirv!("fold"), &[], PUSH) }?;
         Ok(Self { device: Arc::clone(device), commands, fold, slots: Vec::new(), room: 0, nodes: None })
     }
 
@@ -107,7 +137,7 @@ impl Engine {
         &mut self.commands
     }
 
-    /// Adds samples up to `job.to`; the tree with them, and the seconds that the device took. `pace` is seconds per invocation.
+    /// Adds samples up to `job.to`; the tree with them, and the seconds that the device took.
     pub(super) fn advance(
         &mut self,
         kernel: &Kernel,
@@ -115,13 +145,13 @@ impl Engine {
         cell: &Cell,
         job: &Accumulators<'_>,
         fixed: Option<u32>,
-        pace: &mut f64,
+        pace: &mut Pace,
     ) -> Result<(BlockTree, f64)> {
         let (from, to) = (job.tree.samples(), job.to);
         assert!(to > from, "a tree only grows");
         let blocks = (from / BLOCK)..to.div_ceil(BLOCK);
-        // Every number of blocks on the way has at most as many set bits as it has bits.
-        let most_nodes = u64::from(u64::BITS - blocks.end.leading_zeros()) + 1;
+        // Before the last block there are at most as many nodes as the number of blocks has bits; then one more.
+        let most_nodes = u64::from(u64::BITS - (blocks.end - 1).leading_zeros()) + 1;
         self.put_nodes(job, most_nodes)?;
         let nodes = self.nodes.as_ref().expect("just made").address;
         let total = (blocks.end - blocks.start).saturating_mul(job.pixels.into());
@@ -131,16 +161,17 @@ impl Engine {
         let mut flights: VecDeque<Flight> = VecDeque::new();
         let mut failure = None;
         while failure.is_none() && (next.0 < blocks.end || !flights.is_empty()) {
-            let size = fixed.unwrap_or_else(|| size(*pace, self.room)).clamp(64, MOST);
+            let per_invocation = (to - from).min(BLOCK) as f64;
+            let size = fixed.unwrap_or((pace.next() / per_invocation) as u32).clamp(64, MOST);
             let (part, after) = part(next, &blocks, job.pixels, u64::from(size).min(total) as u32);
             // More room can only be made when nothing is under way.
             let must_land = flights.len() == 2 || next.0 == blocks.end || part.invocations() > self.room;
             let outcome = match flights.front() {
                 Some(flight) if must_land => {
-                    let invocations = f64::from(flight.work.invocations());
+                    let samples = flight.work.samples();
                     self.land(flight, &mut bad).map(|elapsed| {
                         seconds += elapsed;
-                        *pace = elapsed / invocations;
+                        pace.update(samples, elapsed);
                         flights.pop_front();
                     })
                 }
@@ -166,8 +197,14 @@ impl Engine {
         bad.sort_unstable_by_key(|&(pixel, sample)| (sample, pixel));
         bad.truncate(crate::moments::tree::LOCATED);
         let nodes = self.take_nodes(job.pixels as usize, node_count(to))?;
+        // Read back; the next strategy, or another scene, may need the room.
+        self.nodes = None;
         let tree = BlockTree::from_parts(job.pixels as usize, 3, to, nodes, bad);
-        Ok((tree.expect("the fold kernel keeps the tree's shape"), seconds))
+        let tree = tree.ok_or_else(|| Error::Device {
+            device: self.device.info.name.clone(),
+            message: "it gave back moments that do not add up".into(),
+        })?;
+        Ok((tree, seconds))
     }
 
     /// Makes room for the nodes and fills in those of the tree.
@@ -203,14 +240,14 @@ impl Engine {
         let done = self.commands.submit(*commands, |raw, c| {
             // SAFETY: recording into our buffer; all buffers and pools live in the slot until the flight has landed.
             unsafe {
-                raw.cmd_reset_query_pool(c, *queries, 0, 2);
+                raw.cmd_reset_query_pool(c, queries.raw, 0, 2);
                 raw.cmd_fill_buffer(c, bad.raw, 0, 4, 0);
                 all_before(raw, c);
-                raw.cmd_write_timestamp(c, vk::PipelineStageFlags::TOP_OF_PIPE, *queries, 0);
+                raw.cmd_write_timestamp(c, vk::PipelineStageFlags::BOTTOM_OF_PIPE, queries.raw, 0);
                 kernel.dispatch(c, bytemuck::bytes_of(&work), work.invocations());
                 all_before(raw, c);
                 fold.dispatch(c, bytemuck::bytes_of(&work), work.pixels * 3);
-                raw.cmd_write_timestamp(c, vk::PipelineStageFlags::BOTTOM_OF_PIPE, *queries, 1);
+                raw.cmd_write_timestamp(c, vk::PipelineStageFlags::BOTTOM_OF_PIPE, queries.raw, 1);
                 all_before(raw, c);
             }
         })?;
@@ -221,10 +258,7 @@ impl Engine {
     fn land(&mut self, flight: &Flight, found: &mut Vec<(u32, u64)>) -> Result<f64> {
         self.commands.wait(flight.done)?;
         let slot = &self.slots[flight.slot];
-        let mut ticks = [0u64; 2];
-        // SAFETY: both queries were written by what has been waited for.
-        unsafe { self.device.raw.get_query_pool_results(slot.queries, 0, &mut ticks, vk::QueryResultFlags::TYPE_64) }
-            .map_err(|e| self.device.failed(e))?;
+        let ticks: [u64; 2] = slot.queries.results()?;
         if bytemuck::pod_read_unaligned::<u32>(&slot.bad.bytes()[..4]) > 0 {
             let mut masks: Vec<u64> = vec![0; flight.work.invocations() as usize];
             let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut masks);
@@ -244,11 +278,8 @@ impl Engine {
         let room = invocations.next_power_of_two();
         self.room = 0;
         while self.slots.len() < 2 {
-            let queries = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2);
-            // SAFETY: a plain creation call.
-            let queries = unsafe { self.device.raw.create_query_pool(&queries, None) };
             self.slots.push(Slot {
-                queries: queries.map_err(|e| self.device.failed(e))?,
+                queries: Queries::new(&self.device, vk::QueryType::TIMESTAMP, 2)?,
                 commands: self.commands.buffer()?,
                 leaves: Buffer::new(&self.device, 0, Use::Device)?,
                 masks: Buffer::new(&self.device, 0, Use::Device)?,
@@ -262,24 +293,6 @@ impl Engine {
         self.room = room;
         Ok(())
     }
-}
-
-impl Drop for Engine {
-    fn drop(&mut self) {
-        for slot in &self.slots {
-            // SAFETY: `advance` leaves nothing under way.
-            unsafe { self.device.raw.destroy_query_pool(slot.queries, None) };
-        }
-    }
-}
-
-/// Invocations of the next dispatch.
-fn size(pace: f64, before: u32) -> u32 {
-    if pace <= 0.0 {
-        return FIRST;
-    }
-    let wanted = DISPATCH / pace;
-    wanted.min(GROWTH * f64::from(before.max(FIRST))).clamp(64.0, MOST.into()) as u32
 }
 
 /// The part of the work from (block, pixel) `next` on that `size` invocations can do, blocks of all pixels or pixels of one
