@@ -13,7 +13,7 @@ use rootn::estimator::cpu::{CpuEstimator, PreparedScene};
 use rootn::estimator::vulkan::{Device, DeviceScene, Tuning, VulkanEstimator};
 use rootn::estimator::{Cell, Estimate, Estimator};
 use rootn::math::Vec3;
-use rootn::moments::Moments;
+use rootn::moments::{BlockTree, Moments};
 use rootn::record::Record;
 use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, powers_of_two};
 use rootn::sampling::strategy::{Directions, Heuristic, LightChoice, Lights, NoRoulette, Preset, Roulette, Technique};
@@ -572,6 +572,41 @@ fn a_run_on_a_lost_device_leaves_its_cells() {
     write("undisturbed");
     write("disturbed");
     assert!(left("undisturbed") == left("disturbed"));
+}
+
+/// Sample numbers and block numbers beyond 32 bits, in a part of the film: both engines go on from the same made-up state.
+#[test]
+fn sample_numbers_beyond_32_bits() {
+    let Some(device) = vulkan() else { return };
+    let mut scene = load(&cornell(), FILM);
+    (scene.film.crop_offset, scene.film.crop_size) = ([20, 30], [9, 5]);
+    let prepared = Arc::new(PreparedScene::new(scene).unwrap());
+    let on_device = Arc::new(DeviceScene::new(&device, Arc::clone(&prepared)).unwrap());
+    let (before, values) = (1u64 << 38, 9 * 5 * 3);
+    let state = || {
+        let node = Moments { n: before, mean: 0.1, m2: 1e10, min: 0.0, max: 0.0, ..Moments::default() };
+        let tree = BlockTree::from_parts(45, 3, before, vec![node; values], Vec::new()).unwrap();
+        let field = vec![0.1; values];
+        Estimate { field, moments: Some(tree), abscissa: before, seconds: 1.0, wall_seconds: 1.0 }
+    };
+    for preset in [Preset::Mis, Preset::Stratified, Preset::Sobol] {
+        let strategy = preset.strategy();
+        let on = |e: &dyn Estimator| {
+            let estimate = e.estimate(&cell(0, before + 500), before + 150, &mut Some(state())).unwrap();
+            estimate.moments.unwrap()
+        };
+        let cpu = on(&CpuEstimator::new(Arc::clone(&prepared), strategy));
+        let gpu = on(&estimator(&on_device, strategy, Tuning::default()).unwrap());
+        assert_eq!(cpu.nodes().len(), 3 * values);
+        let mut different = 0;
+        for (c, g) in cpu.nodes().iter().zip(gpu.nodes()) {
+            assert_eq!((c.n, c.non_finite), (g.n, g.non_finite));
+            different += usize::from(c.argmax != g.argmax || (c.mean - g.mean).abs() > 1e-6 * c.max.max(1e-9));
+        }
+        assert!(different <= 3, "{preset:?}: {different} of {} nodes differ", cpu.nodes().len());
+        assert!(cpu.nodes().iter().any(|m| m.argmax > before), "{preset:?}");
+    }
+    no_messages(&device);
 }
 
 /// Buffers may be larger than what one binding can name (128 MiB on lavapipe), and than what moves at a time.
