@@ -7,7 +7,7 @@
 //! 2. [`run`] walks the plan. It knows nothing of rendering, only [`estimator::Estimator`]: for each strategy and replicate
 //!    it asks for the estimate at ascending numbers of samples. The path tracer among the estimators draws random numbers
 //!    from [`sampling`], traces paths in [`transport`] and sums them up in [`moments`], which are also what is kept on disk
-//!    ([`moments::cell`]).
+//!    ([`moments::cell`]). On GPUs all of this is done by its twins in `shaders/`, which `estimator::vulkan` runs.
 //! 3. [`analysis`] applies [`stats`] to the estimates: error curves, slopes, variances, efficiencies, costs, with intervals
 //!    over replicates. [`claim`] turns them into verdicts.
 //! 4. All of it is one [`record`], and of that alone, with its images, [`report`] makes tables, plots and pages.

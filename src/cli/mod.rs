@@ -42,7 +42,7 @@ impl Command {
             }
             asked = true;
             eprintln!("\nstopping at the next checkpoint (press Ctrl-C again to stop at once)");
-            crate::run::interrupt();
+            crate::estimator::interrupt();
         });
         handler.map_err(|e| Error::Usage(format!("cannot listen for Ctrl-C: {e}")))?;
         match self {

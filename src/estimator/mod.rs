@@ -11,6 +11,7 @@ use crate::moments::{BLOCK, BlockTree};
 use crate::record::Dependence;
 use crate::sampling::{Draw, Key, Sequence};
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Width, height and channels of a field of values.
@@ -143,6 +144,18 @@ impl<E: Estimator + ?Sized> Estimator for &E {
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate> {
         (**self).estimate(cell, checkpoint, previous)
     }
+}
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Asks for the end of sampling at the next opportunity (Ctrl-C).
+pub fn interrupt() {
+    INTERRUPTED.store(true, Ordering::SeqCst);
+}
+
+/// Whether [`interrupt`] was called. An estimator that would go on for long may return [`crate::Error::Interrupted`].
+pub fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::SeqCst)
 }
 
 /// Whether a sequence's first N points are the sequence of N points.

@@ -7,7 +7,7 @@ mod sample;
 
 pub(crate) use image::file_name;
 pub use plan::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
-pub use sample::{interrupt, progress_bar, sample};
+pub use sample::{progress_bar, sample};
 
 use crate::analysis::scene::{Analysed, Reference, Settings, Subject, analyse, compare_with_first};
 use crate::error::{Error, Result};

@@ -1,18 +1,10 @@
 //! Sampling one cell in slices, so that progress is seen and Ctrl-C is heard.
 
 use crate::error::Result;
-use crate::estimator::{Cell, Estimate, Estimator};
+use crate::estimator::{Cell, Estimate, Estimator, interrupted};
 use crate::moments::BLOCK;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Asks the run to stop at the next checkpoint (Ctrl-C).
-pub fn interrupt() {
-    INTERRUPTED.store(true, Ordering::SeqCst);
-}
 
 /// Longest stretch of sampling between looks at the interrupt flag.
 const SLICE: Duration = Duration::from_secs(2);
@@ -35,7 +27,7 @@ pub fn sample(
         let estimate = estimator.estimate(cell, next_step(current.as_ref(), n), current)?;
         bar.inc((estimate.abscissa - before).saturating_mul(pixels));
         *current = None;
-        let interrupted = INTERRUPTED.load(Ordering::SeqCst);
+        let interrupted = interrupted();
         if interrupted || estimate.abscissa >= n {
             return Ok((estimate, interrupted));
         }

@@ -297,6 +297,29 @@ fn devices_are_chosen_and_named() {
     assert!(stderr.contains(&name), "{stderr}");
 }
 
+/// Ctrl-C is heard between dispatches, also where the first block of all pixels takes minutes.
+#[cfg(all(feature = "vulkan", unix))]
+#[test]
+fn long_work_on_a_gpu_can_be_interrupted() {
+    let Some(device) = crate::support::vulkan() else { return };
+    if device.info().kind != rootn::estimator::vulkan::DeviceKind::Cpu {
+        println!("skipped: {} may be done before it can be interrupted", device.info().name);
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let scene = cornell();
+    let render = ["render", scene.to_str().unwrap(), "-o", "x.exr", "--spp", "64", "--device", "vulkan"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rootn"));
+    command.current_dir(folder.path()).args(render).args(["--width", "2000", "--height", "2000"]);
+    let mut child = command.spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_secs(5));
+    assert!(child.try_wait().unwrap().is_none(), "it has ended before it could be interrupted");
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let start = std::time::Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
 /// The same report from a GPU: only the device, and times, are others.
 #[cfg(feature = "vulkan")]
 #[test]

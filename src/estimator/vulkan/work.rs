@@ -5,7 +5,7 @@ use super::commands::{Commands, Queries, all_before};
 use super::device::Device;
 use super::kernel::Kernel;
 use crate::error::{Error, Result};
-use crate::estimator::Cell;
+use crate::estimator::{Cell, interrupted};
 use crate::moments::tree::node_count;
 use crate::moments::{BLOCK, BlockTree, Moments};
 use ash::vk;
@@ -21,6 +21,9 @@ const DISPATCH: f64 = 0.07;
 
 /// Samples of the first dispatch, whose speed is not known yet.
 const FIRST: f64 = 65_536.0;
+
+/// Seconds of work that an interruption waits for.
+const PATIENCE: f64 = 2.0;
 
 /// How many times the samples of the one before a dispatch may have: the speed of few need not be that of many.
 const GROWTH: f64 = 8.0;
@@ -159,8 +162,13 @@ impl Engine {
         let mut bad = job.tree.non_finite().to_vec();
         let mut seconds = 0.0;
         let mut flights: VecDeque<Flight> = VecDeque::new();
-        let mut failure = None;
+        let (mut failure, mut left) = (None, f64::from(job.pixels) * (to - from) as f64);
         while failure.is_none() && (next.0 < blocks.end || !flights.is_empty()) {
+            // What is not finished for all pixels is lost, so little is better finished.
+            if interrupted() && left * pace.seconds > PATIENCE {
+                failure = Some(Error::Interrupted);
+                break;
+            }
             let per_invocation = (to - from).min(BLOCK) as f64;
             let size = fixed.unwrap_or((pace.next() / per_invocation) as u32).clamp(64, MOST);
             let (part, after) = part(next, &blocks, job.pixels, u64::from(size).min(total) as u32);
@@ -172,6 +180,7 @@ impl Engine {
                     self.land(flight, &mut bad).map(|elapsed| {
                         seconds += elapsed;
                         pace.update(samples, elapsed);
+                        left -= samples;
                         flights.pop_front();
                     })
                 }
@@ -333,4 +342,46 @@ fn transposed(nodes: &[Moments], rows: usize, columns: usize) -> Vec<Moments> {
         [nodes[at], nodes[at + 1], nodes[at + 2]]
     };
     (0..rows * columns).into_par_iter().with_min_len(1024).flat_map_iter(group).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DISPATCH, FIRST, GROWTH, Pace, part};
+
+    #[test]
+    fn parts_cover_every_block_of_every_pixel_once() {
+        for (film, size) in [(1, 64), (7, 64), (64, 64), (100, 64), (1000, 64), (100, 1000), (13, 5000)] {
+            let blocks = 5..12;
+            let mut seen = vec![0; film as usize * 7];
+            let mut next = (blocks.start, 0);
+            while next.0 < blocks.end {
+                let (work, after) = part(next, &blocks, film, size);
+                assert!(work.invocations() > 0 && work.invocations() <= size);
+                for block in 0..u64::from(work.blocks) {
+                    for pixel in 0..work.pixels {
+                        let block = work.first_block + block - blocks.start;
+                        seen[(block as u32 * film + work.first_pixel + pixel) as usize] += 1;
+                    }
+                }
+                assert!(after > next);
+                next = after;
+            }
+            assert!(seen.iter().all(|&n| n == 1), "{film} pixels, {size} invocations");
+        }
+    }
+
+    #[test]
+    fn dispatches_are_sized_by_samples() {
+        let mut pace = Pace::default();
+        assert_eq!(pace.next(), FIRST);
+        // A few samples, fast: growth is bounded, whatever dispatches were larger before.
+        pace.update(64.0, 64e-9);
+        assert_eq!(pace.next(), GROWTH * FIRST);
+        pace.update(1e7, 1e-1);
+        assert!((pace.next() - DISPATCH / 1e-8).abs() < 1.0);
+        // A slow part is remembered for a while.
+        pace.update(1e7, 1.0);
+        pace.update(1e7, 1e-1);
+        assert!(pace.next() < 1.0e6 && pace.next() > DISPATCH / 1e-7);
+    }
 }
