@@ -8,6 +8,8 @@ use super::{Geometry, Light, Scene};
 pub struct Effects(u32);
 
 impl Effects {
+    /// None at all.
+    pub const NONE: Self = Self(0);
     /// Surfaces made of triangles.
     pub const TRIANGLES: Self = Self(1);
     /// Spheres, disks and cylinders.
@@ -44,7 +46,7 @@ impl Effects {
             (Self::ENVIRONMENT, scene.lights.iter().any(|l| matches!(l, Light::Constant { .. }))),
             (Self::SAMPLED_LIGHTS, samples_lights),
         ];
-        present.iter().filter(|(_, there)| *there).fold(Self(0), |all, (e, _)| all.with(*e))
+        present.iter().filter(|(_, there)| *there).fold(Self::NONE, |all, (e, _)| all.with(*e))
     }
 
     /// All effects, whether called for or not.

@@ -345,8 +345,8 @@ fn specialised_kernels_give_the_bits_of_the_full_one() {
         let prepared = Arc::new(PreparedScene::new(scene).unwrap());
         let scene = Arc::new(DeviceScene::new(&device, prepared).unwrap());
         for preset in [Preset::Mis, Preset::Importance] {
-            let estimate = |specialised| {
-                let tuning = Tuning { specialised, ..Tuning::default() };
+            let estimate = |specialised, also| {
+                let tuning = Tuning { specialised, also, ..Tuning::default() };
                 let estimator = estimator(&scene, preset.strategy(), tuning).unwrap();
                 let first = estimator.estimate(&cell(0, 16), 16, &mut None).unwrap();
                 let mut seconds: Vec<f64> =
@@ -354,7 +354,7 @@ fn specialised_kernels_give_the_bits_of_the_full_one() {
                 seconds.sort_by(f64::total_cmp);
                 (first, seconds[2])
             };
-            let ((special, fast), (full, slow)) = (estimate(true), estimate(false));
+            let ((special, fast), (full, slow)) = (estimate(true, Effects::NONE), estimate(false, Effects::NONE));
             let name = path.as_deref().map_or("all lights".into(), name_of);
             println!(
                 "{name:12} {:10} {:5.2} of the full kernel's time; effects: {}",
@@ -362,6 +362,14 @@ fn specialised_kernels_give_the_bits_of_the_full_one() {
                 fast / slow,
                 called.join(", ")
             );
+            // What each of the others would cost.
+            for (effect, what) in Effects::ALL.into_iter().filter(|(e, _)| !effects.contains(*e)) {
+                let (with, seconds) = estimate(true, effect);
+                println!("             {:10} {:5.2} of the time with {what}", preset.label(), fast / seconds);
+                if tree(&with) != tree(&special) {
+                    failures.push(format!("with {what}, {}", preset.label()));
+                }
+            }
             if tree(&special) != tree(&full) {
                 failures.push(format!("{name} · {}", preset.label()));
             }

@@ -111,13 +111,15 @@ pub struct Tuning {
     pub traversal: Traversal,
     /// Whether the kernel leaves out what the scene does not call for.
     pub specialised: bool,
+    /// Effects that a specialised kernel has although the scene does not call for them: what they cost.
+    pub also: Effects,
     /// Invocations per dispatch; `None`: sized by time.
     pub dispatch: Option<u32>,
 }
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { traversal: Traversal::Compute, specialised: true, dispatch: None }
+        Self { traversal: Traversal::Compute, specialised: true, also: Effects::NONE, dispatch: None }
     }
 }
 
@@ -189,7 +191,7 @@ impl VulkanEstimator {
         let settings = Settings::new(&strategy, depths(host, &strategy));
         let mut constants = vec![(STACK, scene.buffers.stack)];
         if tuning.specialised {
-            let effects = Effects::of(host, !sampler.is_empty());
+            let effects = Effects::of(host, !sampler.is_empty()).with(tuning.also);
             constants.extend([(SPECIALISED, 1), (EFFECTS, effects.bits()), (LIGHT_KINDS, lights.kinds)]);
             constants.extend(settings.constants());
         }
