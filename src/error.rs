@@ -110,6 +110,11 @@ impl Error {
         Self::Damaged { path: path.as_ref().to_owned(), message: message.into() }
     }
 
+    /// Something asked for that cannot be had, and why.
+    pub fn unavailable(what: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Unavailable { what: what.into(), reason: reason.into() }
+    }
+
     /// The process exit code that stands for this error.
     pub fn exit_code(&self) -> u8 {
         match self {

@@ -81,18 +81,24 @@ struct Walk {
     Group stack[STACK];
     uint top;
     Group now;
+    // Where it goes on: an inner node, a leaf, or NONE: a sibling.
+    uint next;
     uint octant;
 };
 
-void walk_start(out Walk walk, Slabs slabs) {
+// An empty tree's walk ends at once.
+void walk_start(out Walk walk, Tree tree, Slabs slabs) {
     walk.top = 0u;
     walk.now = Group(0u, 0u);
+    walk.next = tree.root;
     walk.octant = slabs.negative.x | slabs.negative.y << 1 | slabs.negative.z << 2;
 }
 
-// Goes down to the next leaf from `next` (an inner node or a leaf; NONE: from the stack); NONE where there is no more.
-uint walk_next(inout Walk walk, Tree tree, Slabs slabs, float limit, uint next) {
+// The next leaf; NONE where there is no more.
+uint walk_next(inout Walk walk, Tree tree, Slabs slabs, float limit) {
     while (true) {
+        uint next = walk.next;
+        walk.next = NONE;
         if (next == NONE) {
             if (walk.now.slots == 0u) {
                 if (walk.top == 0u) return NONE;
@@ -109,21 +115,17 @@ uint walk_next(inout Walk walk, Tree tree, Slabs slabs, float limit, uint next) 
             walk.top += 1u;
         }
         walk.now = Group(next, tree_boxes(tree, next, slabs, walk.octant, limit));
-        next = NONE;
     }
 }
 
 void closest_triangle(Tree tree, LeafTriangles triangles, Ray ray, inout Hit best) {
-    if (tree.root == NONE) return;
     Slabs slabs = slabs_new(ray, tree.lo, tree.hi);
     Shear shear = shear_new(ray);
     Walk walk;
-    walk_start(walk, slabs);
-    uint next = tree.root;
+    walk_start(walk, tree, slabs);
     while (true) {
-        uint leaf = walk_next(walk, tree, slabs, best.t, next);
+        uint leaf = walk_next(walk, tree, slabs, best.t);
         if (leaf == NONE) return;
-        next = NONE;
         uint first = (leaf & ~TREE_LEAF) >> 3, count = (leaf & 7u) + 1u;
         for (uint i = first; i < first + count; ++i) {
             LeafTriangle triangle = triangles.at[i];
@@ -138,17 +140,14 @@ void closest_triangle(Tree tree, LeafTriangles triangles, Ray ray, inout Hit bes
 }
 
 bool any_triangle(Tree tree, LeafTriangles triangles, Ray ray) {
-    if (tree.root == NONE) return false;
     Slabs slabs = slabs_new(ray, tree.lo, tree.hi);
     Shear shear = shear_new(ray);
     float limit = next_down(ray.t_max);
     Walk walk;
-    walk_start(walk, slabs);
-    uint next = tree.root;
+    walk_start(walk, tree, slabs);
     while (true) {
-        uint leaf = walk_next(walk, tree, slabs, limit, next);
+        uint leaf = walk_next(walk, tree, slabs, limit);
         if (leaf == NONE) return false;
-        next = NONE;
         uint first = (leaf & ~TREE_LEAF) >> 3, count = (leaf & 7u) + 1u;
         for (uint i = first; i < first + count; ++i) {
             LeafTriangle triangle = triangles.at[i];
@@ -158,15 +157,12 @@ bool any_triangle(Tree tree, LeafTriangles triangles, Ray ray) {
 }
 
 void closest_quadric(Tree tree, Quadrics quadrics, Ray ray, inout Hit best) {
-    if (tree.root == NONE) return;
     Slabs slabs = slabs_new(ray, tree.lo, tree.hi);
     Walk walk;
-    walk_start(walk, slabs);
-    uint next = tree.root;
+    walk_start(walk, tree, slabs);
     while (true) {
-        uint leaf = walk_next(walk, tree, slabs, best.t, next);
+        uint leaf = walk_next(walk, tree, slabs, best.t);
         if (leaf == NONE) return;
-        next = NONE;
         Quadric quadric = quadrics.at[(leaf & ~TREE_LEAF) >> 3];
         float t;
         if (quadric_intersect(quadric, ray, slabs, t)
@@ -177,16 +173,13 @@ void closest_quadric(Tree tree, Quadrics quadrics, Ray ray, inout Hit best) {
 }
 
 bool any_quadric(Tree tree, Quadrics quadrics, Ray ray) {
-    if (tree.root == NONE) return false;
     Slabs slabs = slabs_new(ray, tree.lo, tree.hi);
     float limit = next_down(ray.t_max);
     Walk walk;
-    walk_start(walk, slabs);
-    uint next = tree.root;
+    walk_start(walk, tree, slabs);
     while (true) {
-        uint leaf = walk_next(walk, tree, slabs, limit, next);
+        uint leaf = walk_next(walk, tree, slabs, limit);
         if (leaf == NONE) return false;
-        next = NONE;
         float t;
         if (quadric_intersect(quadrics.at[(leaf & ~TREE_LEAF) >> 3], ray, slabs, t)) return true;
     }

@@ -13,13 +13,13 @@ const uint NONE = 0xFFFFFFFFu;
 // A triangle as shading needs it (accel/surface).
 struct Surface {
     vec3 p0;
-    uint shape;
     // From vertex 0 to vertices 1 and 2.
     vec3 e1;
-    uint front;
     vec3 e2;
-    uint back;
     vec3 ng;
+    uint shape;
+    uint front;
+    uint back;
     // SURFACE_SMOOTH, SURFACE_LIGHT.
     uint flags;
 };

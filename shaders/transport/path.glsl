@@ -104,7 +104,7 @@ vec3 path_emission(TracerAt tracer, Path path, Vertex vertex) {
 vec3 path_escape(TracerAt tracer, Path path) {
     vec3 environment = tracer.it.environment;
     if (environment == vec3(0.0)) return vec3(0.0);
-    float pdf_light = path.depth > 1u ? tracer.it.lights.environment_pdf : 0.0;
+    float pdf_light = path.depth > 1u ? light_sampler_pdf_environment(tracer.it.lights) : 0.0;
     return path_met(tracer, path, path.beta * environment, pdf_light);
 }
 

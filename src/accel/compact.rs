@@ -78,20 +78,6 @@ pub struct CompactQuadric {
     hi: [f32; 3],
 }
 
-/// A triangle as shading needs it.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub struct CompactSurface {
-    p0: [f32; 3],
-    shape: u32,
-    e1: [f32; 3],
-    front: u32,
-    e2: [f32; 3],
-    back: u32,
-    ng: [f32; 3],
-    flags: u32,
-}
-
 /// Everything that a GPU needs to intersect a scene.
 #[derive(Clone, Debug)]
 pub struct CompactBvh {
@@ -104,7 +90,7 @@ pub struct CompactBvh {
     /// In scene order.
     pub quadrics: Vec<CompactQuadric>,
     /// In scene order.
-    pub surfaces: Vec<CompactSurface>,
+    pub surfaces: Vec<Surface>,
 }
 
 impl CompactBvh {
@@ -138,7 +124,7 @@ impl CompactBvh {
             triangle_tree: CompactTree::new(tree.as_ref()),
             quadric_tree: CompactTree::new(quadric_tree.as_ref()),
             quadrics: quadrics.collect(),
-            surfaces: (0..scene.triangles.len() as u32).map(|t| Surface::new(scene, t).compact()).collect(),
+            surfaces: (0..scene.triangles.len() as u32).map(|t| Surface::new(scene, t)).collect(),
             triangles,
         })
     }
@@ -179,14 +165,6 @@ impl CompactQuadric {
             }
         };
         Self { data, kind, primitive, lo: bounds.lo.into(), hi: bounds.hi.into() }
-    }
-}
-
-impl CompactSurface {
-    /// In the order of `shaders/scene/scene.glsl`.
-    pub(super) fn new(p0: [f32; 3], [e1, e2]: [[f32; 3]; 2], ng: [f32; 3], words: [u32; 4]) -> Self {
-        let [shape, front, back, flags] = words;
-        Self { p0, shape, e1, front, e2, back, ng, flags }
     }
 }
 

@@ -1,6 +1,5 @@
 //! From a hit to a surface point, and from surface points to the rays that leave them.
 
-use super::compact::CompactSurface;
 use super::quadric::Quadric;
 use super::simd::Registers;
 use super::{Hit, Hits, NO_PRIMITIVE, Ray, Rays, SurfacePoint};
@@ -99,10 +98,10 @@ pub fn segment(from: impl Into<Endpoint>, to: impl Into<Endpoint>) -> Ray {
     Ray { origin, direction: end - origin, t_max: 1.0, from: from.triangle, to: to.triangle }
 }
 
-/// A triangle as shading needs it, made once per scene: sixteen words, one line of the cache.
+/// A triangle as shading needs it, made once per scene: sixteen words, one line of the cache. GPUs get the same words.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
-pub(super) struct Surface {
+pub struct Surface {
     p0: [f32; 3],
     /// From vertex 0 to vertices 1 and 2.
     edges: [[f32; 3]; 2],
@@ -140,11 +139,6 @@ impl Surface {
             back: shape.back,
             flags: if smooth { SMOOTH } else { 0 } | if shape.light.is_some() { LIGHT } else { 0 },
         }
-    }
-
-    /// The same for a GPU.
-    pub(super) fn compact(&self) -> CompactSurface {
-        CompactSurface::new(self.p0, self.edges, self.ng, [self.shape, self.front, self.back, self.flags])
     }
 
     /// See [`Scene::surface_point`].

@@ -159,10 +159,7 @@ fn vulkan(which: &Which, reason: &str) -> Result<Chosen> {
 
 #[cfg(not(feature = "vulkan"))]
 fn vulkan(_: &Which, _: &str) -> Result<Chosen> {
-    Err(Error::Unavailable {
-        what: "Vulkan".into(),
-        reason: "this rootn was built without the feature `vulkan`".into(),
-    })
+    Err(Error::unavailable("Vulkan", "this rootn was built without the feature `vulkan`"))
 }
 
 #[cfg(feature = "vulkan")]
@@ -250,10 +247,8 @@ impl PathTracers {
         match &device.engine {
             Engine::Cpu => {
                 if !matches!(traversal, Traversal::Auto | Traversal::Compute) {
-                    return Err(Error::Unavailable {
-                        what: format!("traversal {}", traversal.label()),
-                        reason: "the CPU engine has only its own".into(),
-                    });
+                    let what = format!("traversal {}", traversal.label());
+                    return Err(Error::unavailable(what, "the CPU engine has only its own"));
                 }
                 let estimator = CpuEstimator::new(Arc::clone(&self.prepared), strategy);
                 Ok((Box::new(estimator), device.name.clone()))

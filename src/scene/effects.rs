@@ -49,11 +49,6 @@ impl Effects {
         present.iter().filter(|(_, there)| *there).fold(Self::NONE, |all, (e, _)| all.with(*e))
     }
 
-    /// All effects, whether called for or not.
-    pub const fn everything() -> Self {
-        Self(u32::MAX)
-    }
-
     /// These and those of `other`.
     #[must_use]
     pub const fn with(self, other: Self) -> Self {

@@ -4,24 +4,26 @@ use crate::determinism::{cornell, experiment};
 use rootn::record::image::{DEFINITIONS, read_exr};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn rootn(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rootn"));
-    command.current_dir(folder).args(arguments).env_remove("RUST_BACKTRACE").output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
-}
+use std::process::Command;
 
 /// Runs a command that must end with this code, and gives stdout and stderr.
 fn ends(folder: &Path, code: i32, arguments: &[&str]) -> (String, String) {
-    let out = rootn(folder, arguments);
+    ends_with(folder, code, &[], arguments)
+}
+
+/// The same with changed variables of the environment.
+fn ends_with(folder: &Path, code: i32, variables: &[(&str, &Path)], arguments: &[&str]) -> (String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rootn"));
+    command.current_dir(folder).args(arguments).env_remove("RUST_BACKTRACE").envs(variables.iter().copied());
+    let out = command.output().unwrap();
     let (stdout, stderr) = (text(&out.stdout).to_owned(), text(&out.stderr).to_owned());
     assert_eq!(out.status.code(), Some(code), "{arguments:?}\n{stdout}\n{stderr}");
     assert!(!stderr.contains("panicked"), "{stderr}");
     (stdout, stderr)
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
 }
 
 #[test]
@@ -219,18 +221,6 @@ fn a_closed_pipe_is_no_error() {
     let script = format!("{} schema | head -n 1", env!("CARGO_BIN_EXE_rootn"));
     let out = Command::new("sh").current_dir(folder.path()).args(["-c", &script]).output().unwrap();
     assert!(text(&out.stderr).is_empty() && !out.stdout.is_empty(), "{}", text(&out.stderr));
-}
-
-/// Runs a command with changed variables of the environment.
-#[cfg(feature = "vulkan")]
-fn ends_with(folder: &Path, code: i32, variables: &[(&str, &Path)], arguments: &[&str]) -> (String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rootn"));
-    command.current_dir(folder).args(arguments).env_remove("RUST_BACKTRACE").envs(variables.iter().copied());
-    let out = command.output().unwrap();
-    let (stdout, stderr) = (text(&out.stdout).to_owned(), text(&out.stderr).to_owned());
-    assert_eq!(out.status.code(), Some(code), "{arguments:?}\n{stdout}\n{stderr}");
-    assert!(!stderr.contains("panicked"), "{stderr}");
-    (stdout, stderr)
 }
 
 /// Without a driver, and without a loader, what needs a GPU says why it cannot be had, and all else works.

@@ -4,6 +4,7 @@ use super::buffer::{Buffer, Use};
 use super::device::Device;
 use crate::error::Result;
 use ash::vk;
+use bytemuck::Pod;
 use std::sync::Arc;
 
 /// Bytes that move between host and device at a time.
@@ -104,15 +105,17 @@ impl Commands {
         Ok(())
     }
 
-    /// Hands the first `size` bytes of a device buffer to `take`, piece by piece: each with its offset.
-    pub(super) fn read(&mut self, from: &Buffer, size: u64, mut take: impl FnMut(u64, &[u8])) -> Result<()> {
-        let staging = Buffer::new(&self.device, size.min(CHUNK), Use::Readback)?;
-        for offset in (0..size).step_by(CHUNK as usize) {
-            let size = (size - offset).min(CHUNK);
-            self.copy(from, &staging, vk::BufferCopy { src_offset: offset, dst_offset: 0, size })?;
-            take(offset, &staging.bytes()[..size as usize]);
+    /// The first `count` values of a device buffer.
+    pub(super) fn read<T: Pod>(&mut self, from: &Buffer, count: usize) -> Result<Vec<T>> {
+        let mut values = vec![T::zeroed(); count];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
+        let staging = Buffer::new(&self.device, (bytes.len() as u64).min(CHUNK), Use::Readback)?;
+        for (i, chunk) in bytes.chunks_mut(CHUNK as usize).enumerate() {
+            let region = vk::BufferCopy { src_offset: i as u64 * CHUNK, dst_offset: 0, size: chunk.len() as u64 };
+            self.copy(from, &staging, region)?;
+            chunk.copy_from_slice(&staging.bytes()[..chunk.len()]);
         }
-        Ok(())
+        Ok(values)
     }
 
     fn copy(&mut self, from: &Buffer, to: &Buffer, region: vk::BufferCopy) -> Result<()> {

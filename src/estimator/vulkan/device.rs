@@ -86,7 +86,7 @@ impl Instance {
     fn new(validate: bool) -> Result<Self> {
         // SAFETY: loading the system's Vulkan loader runs its initialisers, which is what it is made for.
         let entry = unsafe { ash::Entry::load() }
-            .map_err(|e| unavailable("Vulkan", format!("its loader cannot be loaded: {e}")))?;
+            .map_err(|e| Error::unavailable("Vulkan", format!("its loader cannot be loaded: {e}")))?;
         let application = vk::ApplicationInfo::default().application_name(c"rootn").api_version(vk::API_VERSION_1_2);
         let mut info = vk::InstanceCreateInfo::default().application_info(&application);
         let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
@@ -99,14 +99,14 @@ impl Instance {
         // SAFETY: all that `info` points to lives until the call returns.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
             vk::Result::ERROR_LAYER_NOT_PRESENT => {
-                unavailable("the Vulkan validation layer", "VK_LAYER_KHRONOS_validation is not installed".into())
+                Error::unavailable("the Vulkan validation layer", "VK_LAYER_KHRONOS_validation is not installed")
             }
-            e => unavailable("Vulkan", format!("no instance can be made: {e}")),
+            e => Error::unavailable("Vulkan", format!("no instance can be made: {e}")),
         })?;
         let mut instance = Self { raw, messages: None, entry };
         if validate {
             let messages = Messages::new(&instance.entry, &instance.raw);
-            let failed = |e| unavailable("Vulkan", format!("messages cannot be received: {e}"));
+            let failed = |e| Error::unavailable("Vulkan", format!("messages cannot be received: {e}"));
             instance.messages = Some(messages.map_err(failed)?);
         }
         Ok(instance)
@@ -116,7 +116,7 @@ impl Instance {
     fn devices(&self) -> Result<Vec<(vk::PhysicalDevice, DeviceInfo)>> {
         // SAFETY: the instance is valid.
         let all = unsafe { self.raw.enumerate_physical_devices() }
-            .map_err(|e| unavailable("Vulkan", format!("its devices cannot be listed: {e}")))?;
+            .map_err(|e| Error::unavailable("Vulkan", format!("its devices cannot be listed: {e}")))?;
         let mut devices: Vec<_> = all.into_iter().map(|d| (d, self.describe(d))).collect();
         devices.sort_by_key(|(_, info)| info.kind);
         devices.iter_mut().enumerate().for_each(|(i, (_, info))| info.index = i);
@@ -223,10 +223,6 @@ fn version(v: u32) -> String {
     format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v))
 }
 
-fn unavailable(what: &str, reason: String) -> Error {
-    Error::Unavailable { what: what.into(), reason }
-}
-
 /// All Vulkan devices of this machine, best first: discrete, integrated, …, drivers that compute on the CPU last.
 ///
 /// # Errors
@@ -270,9 +266,9 @@ impl Device {
         let (physical, info) = choose(instance.devices()?, which)?;
         if let [first, rest @ ..] = &info.missing[..] {
             let more = rest.iter().map(|m| format!(", {m}")).collect::<String>();
-            return Err(unavailable(&info.name, format!("it lacks {first}{more}")));
+            return Err(Error::unavailable(&*info.name, format!("it lacks {first}{more}")));
         }
-        let failed = |e: vk::Result| unavailable(&info.name, format!("it cannot be opened: {e}"));
+        let failed = |e: vk::Result| Error::unavailable(&*info.name, format!("it cannot be opened: {e}"));
         // SAFETY: the device belongs to the instance; what the structures point to lives through the calls.
         unsafe {
             let families = instance.raw.get_physical_device_queue_family_properties(physical);
@@ -328,7 +324,7 @@ impl Device {
                 Err(e) => {
                     cache.close(&raw);
                     raw.destroy_device(None);
-                    return Err(unavailable(&info.name, format!("it cannot be opened: {e}")));
+                    return Err(Error::unavailable(&*info.name, format!("it cannot be opened: {e}")));
                 }
             };
             Ok(Arc::new(Self {
@@ -423,7 +419,7 @@ impl Drop for Device {
 fn choose(devices: Vec<(vk::PhysicalDevice, DeviceInfo)>, which: &Which) -> Result<(vk::PhysicalDevice, DeviceInfo)> {
     let names = devices.iter().map(|(_, i)| format!("{} ({})", i.index, i.name)).collect::<Vec<_>>().join(", ");
     if devices.is_empty() {
-        return Err(unavailable("a Vulkan device", "no driver offers one".into()));
+        return Err(Error::unavailable("a Vulkan device", "no driver offers one"));
     }
     let named = |name: &str| {
         let name = name.to_lowercase();
@@ -444,7 +440,7 @@ fn choose(devices: Vec<(vk::PhysicalDevice, DeviceInfo)>, which: &Which) -> Resu
         Which::Index(i) => format!("Vulkan device {i}"),
         Which::Name(n) => format!("Vulkan device '{n}'"),
     };
-    let Some(found) = found else { return Err(unavailable(&asked(), format!("there are only {names}"))) };
+    let Some(found) = found else { return Err(Error::unavailable(asked(), format!("there are only {names}"))) };
     Ok(devices.into_iter().nth(found).expect("an index into the list"))
 }
 

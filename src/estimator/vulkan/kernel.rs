@@ -288,7 +288,5 @@ pub unsafe fn run_test(
         kernel.dispatch(c, bytemuck::cast_slice(&push), count);
         all_before(raw, c);
     })?;
-    let mut words = Vec::with_capacity(size as usize / 4);
-    commands.read(&results, size, |_, bytes| words.extend_from_slice(bytemuck::cast_slice(bytes)))?;
-    Ok(words)
+    commands.read(&results, count as usize * outputs)
 }

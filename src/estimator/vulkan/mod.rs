@@ -173,9 +173,9 @@ impl VulkanEstimator {
 
     fn with_traversal(scene: Arc<DeviceScene>, strategy: Strategy, tuning: Tuning) -> Result<Self> {
         let info = scene.device.info();
-        let lacks = |extension: &str| Error::Unavailable {
-            what: format!("traversal {}", tuning.traversal.label()),
-            reason: format!("{} has no {extension}", info.name),
+        let lacks = |extension: &str| {
+            let what = format!("traversal {}", tuning.traversal.label());
+            Error::unavailable(what, format!("{} has no {extension}", info.name))
         };
         match tuning.traversal {
             Traversal::RayQuery if !info.ray_query => return Err(lacks("VK_KHR_ray_query")),

@@ -230,11 +230,8 @@ impl Engine {
 
     /// The nodes in the order of a [`BlockTree`].
     fn take_nodes(&mut self, pixels: usize, count: usize) -> Result<Vec<Moments>> {
-        let mut nodes = vec![Moments::default(); pixels * count * 3];
         let buffer = self.nodes.as_ref().expect("made before");
-        let size = (nodes.len() * size_of::<Moments>()) as u64;
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut nodes);
-        self.commands.read(buffer, size, |at, piece| bytes[at as usize..][..piece.len()].copy_from_slice(piece))?;
+        let nodes: Vec<Moments> = self.commands.read(buffer, pixels * count * 3)?;
         // [slot][pixel] becomes [pixel][slot].
         Ok(transposed(&nodes, count, pixels))
     }
@@ -269,11 +266,7 @@ impl Engine {
         let slot = &self.slots[flight.slot];
         let ticks: [u64; 2] = slot.queries.results()?;
         if bytemuck::pod_read_unaligned::<u32>(&slot.bad.bytes()[..4]) > 0 {
-            let mut masks: Vec<u64> = vec![0; flight.work.invocations() as usize];
-            let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut masks);
-            let size = bytes.len() as u64;
-            self.commands
-                .read(&slot.masks, size, |at, piece| bytes[at as usize..][..piece.len()].copy_from_slice(piece))?;
+            let masks: Vec<u64> = self.commands.read(&slot.masks, flight.work.invocations() as usize)?;
             locate(&masks, &flight.work, found);
         }
         let info = &self.device.info;
