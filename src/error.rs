@@ -89,6 +89,12 @@ pub enum Error {
         /// What happened.
         message: String,
     },
+    /// Claims were refuted. Exit code 1.
+    #[error("{0} refuted")]
+    Refuted(usize),
+    /// No claim was refuted, but some could not be decided. Exit code 3.
+    #[error("none refuted, but {0} inconclusive")]
+    Inconclusive(usize),
     /// Stopped by the user after a checkpoint was written. Exit code 130.
     #[error("interrupted; everything computed so far is kept, the same command continues")]
     Interrupted,
@@ -120,6 +126,8 @@ impl Error {
         match self {
             Self::Input { .. } | Self::Usage(_) | Self::Unavailable { .. } => 2,
             Self::Io { .. } | Self::Damaged { .. } | Self::Device { .. } => 4,
+            Self::Refuted(_) => 1,
+            Self::Inconclusive(_) => 3,
             Self::Interrupted => 130,
         }
     }

@@ -18,7 +18,7 @@ fuzz_target!(|bytes: &[u8]| {
             r#"{{"identity":"fuzz","values":{values},"samples":{samples},"seconds":1,"non_finite":{bad},"located":[],"pixels":{pixels},"channels":{channels}}}"#
         );
         body.extend(b"rootncel");
-        body.extend(1u32.to_le_bytes());
+        body.extend(2u32.to_le_bytes());
         body.extend((header.len() as u64).to_le_bytes());
         body.extend(header.as_bytes());
     }

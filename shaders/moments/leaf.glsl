@@ -12,7 +12,7 @@ struct Leaf {
     float m4;
     float min;
     float max;
-    // Low half: samples that count; high half: samples that do not.
+    // Lowest byte: samples that count; next: those of them that are 0; high half: samples that do not count.
     uint counts;
     // Index of the largest sample within the block.
     uint argmax;
@@ -30,8 +30,8 @@ bool leaf_push(inout Leaf leaf, float x, uint index) {
         leaf.counts += 0x10000u;
         return false;
     }
-    float before = float(leaf.counts & 0xFFFFu);
-    leaf.counts += 1u;
+    float before = float(leaf.counts & 0xFFu);
+    leaf.counts += x == 0.0 ? 0x101u : 1u;
     float n = before + 1.0;
     float delta = x - leaf.mean;
     float dn = delta / n;

@@ -17,21 +17,23 @@ struct Moments {
     double max;
     uint64_t argmax;
     uint64_t non_finite;
+    uint64_t zeros;
 };
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) buffer MomentsAt { Moments at[]; };
 
 // `first`: index of the block's first sample.
 Moments moments_of(Leaf leaf, uint64_t first) {
-    uint n = leaf.counts & 0xFFFFu;
+    uint n = leaf.counts & 0xFFu;
     return Moments(uint64_t(n), double(leaf.mean), double(leaf.m2), double(leaf.m3), double(leaf.m4), double(leaf.min),
-        double(leaf.max), n > 0u ? first + uint64_t(leaf.argmax) : uint64_t(0), uint64_t(leaf.counts >> 16));
+        double(leaf.max), n > 0u ? first + uint64_t(leaf.argmax) : uint64_t(0), uint64_t(leaf.counts >> 16),
+        uint64_t(leaf.counts >> 8 & 0xFFu));
 }
 
 // The inverse, exact for what moments_of gave.
 Leaf leaf_of(Moments m, uint64_t first) {
     return Leaf(float(m.mean), float(m.m2), float(m.m3), float(m.m4), float(m.min), float(m.max),
-        uint(m.n) | uint(m.non_finite) << 16, m.n > 0 ? uint(m.argmax - first) : 0u);
+        uint(m.n) | uint(m.zeros) << 8 | uint(m.non_finite) << 16, m.n > 0 ? uint(m.argmax - first) : 0u);
 }
 
 Moments moments_merge(Moments self, Moments later) {
@@ -61,6 +63,7 @@ Moments moments_merge(Moments self, Moments later) {
     all.max = later_max ? later.max : self.max;
     all.argmax = later_max ? later.argmax : self.argmax;
     all.non_finite = non_finite;
+    all.zeros = self.zeros + later.zeros;
     return all;
 }
 #endif

@@ -1,16 +1,7 @@
 //! Variance and efficiency of strategies against each other.
 
-use crate::record::{Interval, StrategyResult};
+use crate::record::{Interval, Jackknifed, StrategyResult};
 use crate::stats::interval::{log_ratio, median_interval};
-
-/// A statistic over replicates with its leave-one-out values.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Jackknifed {
-    /// On all replicates.
-    pub all: f64,
-    /// Without replicate i.
-    pub without: Vec<f64>,
-}
 
 /// Weighted mean variance per sample from the samples' own variances (independent samples): `per_replicate[r]` is the
 /// mean over values of w·s² in replicate r.
@@ -26,7 +17,7 @@ pub fn within(per_replicate: &[f64]) -> Jackknifed {
 /// Weighted mean variance per sample from the spread of replicate means: N·mean of w·Var(mean of N), for samples that
 /// depend on one another. `means[r]` is the field of replicate r. Leave-one-out values by downdating Σ(x−x̄)²:
 /// without replicate r it is smaller by (x_r−x̄)²·R/(R−1). NaN for fewer than two replicates; leave-one-out needs three.
-pub fn between(means: &[Vec<f64>], weights: &[f64], samples: u64) -> Jackknifed {
+pub fn between(means: &[&[f64]], weights: &[f64], samples: u64) -> Jackknifed {
     let r = means.len() as f64;
     let values = weights.len() as f64;
     let average: Vec<f64> = (0..weights.len()).map(|i| means.iter().map(|m| m[i]).sum::<f64>() / r).collect();
@@ -40,6 +31,12 @@ pub fn between(means: &[Vec<f64>], weights: &[f64], samples: u64) -> Jackknifed 
         all: n * total / (r - 1.0),
         without: squares.iter().filter(|_| r > 2.0).map(|q| n * (total - q * r / (r - 1.0)) / (r - 2.0)).collect(),
     }
+}
+
+/// Quotient of two statistics of the same replicates.
+pub fn quotient(a: &Jackknifed, b: &Jackknifed) -> Jackknifed {
+    let without = a.without.iter().zip(&b.without).map(|(a, b)| a / b).collect();
+    Jackknifed { all: a.all / b.all, without }
 }
 
 /// Weighted variance per sample of `a` over that of `b`: jackknife of the logarithm.

@@ -1,7 +1,9 @@
-//! Statistics applied to estimates: curves, slopes, efficiency, cost.
+//! Statistics applied to estimates: curves, slopes, efficiency, cost, health.
 
+pub mod cost;
 pub mod curve;
 pub mod efficiency;
+pub mod health;
 pub mod scene;
 
 pub use efficiency::{efficiency_ratio, variance_ratio};

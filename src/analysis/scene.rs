@@ -1,12 +1,15 @@
 //! From the checkpoints of one strategy's replicates to its results.
 
-use super::curve::{CONFIDENCE, cost, slope};
-use super::efficiency::{Jackknifed, between, efficiency_ratio, variance_ratio, within};
+use super::cost::{Curve, cost};
+use super::curve::{CONFIDENCE, slope};
+use super::efficiency::{between, efficiency_ratio, quotient, variance_ratio, within};
+use super::health::{drift, health};
 use crate::error::Result;
 use crate::estimator::Shape;
 use crate::moments::cell::Checkpoint;
 use crate::record::{
-    CheckpointResult, Dependence, Interval, MetricResult, NonFinite, ProbeResult, StrategyResult, VarianceRatio,
+    CheckpointResult, Dependence, Interval, Jackknifed, MetricResult, NonFinite, ProbeResult, StrategyResult,
+    VarianceRatio,
 };
 use crate::sampling::Strategy;
 use crate::stats::interval::{median_interval, quantile};
@@ -23,12 +26,58 @@ pub struct Reference {
     pub mean: Vec<f64>,
     /// Variance of that mean; 0 where exact.
     pub variance: Vec<f64>,
+    /// Replicates that the variance was estimated from; `None` where it is known.
+    pub replicates: Option<u32>,
+}
+
+impl Reference {
+    /// The part within a region: first column, first row, and those behind the last.
+    #[must_use]
+    pub fn crop(&self, shape: Shape, region: [u32; 4]) -> Self {
+        let [mean, variance] = [&self.mean, &self.variance].map(|v| crop(v, shape, region));
+        Self { mean, variance, ..*self }
+    }
+
+    /// Mean over all values.
+    pub fn field_mean(&self) -> f64 {
+        self.mean.iter().sum::<f64>() / self.mean.len() as f64
+    }
+
+    /// Standard error of that: values are independent of one another.
+    pub fn field_error(&self) -> f64 {
+        self.variance.iter().sum::<f64>().sqrt() / self.mean.len() as f64
+    }
+}
+
+/// The values of a field within a region; an empty list stays one.
+fn crop<T: Copy>(values: &[T], shape: Shape, [x0, y0, x1, y1]: [u32; 4]) -> Vec<T> {
+    let row = shape.width * shape.channels;
+    let columns = x0 as usize * shape.channels..x1 as usize * shape.channels;
+    let rows = values.chunks_exact(row.max(1)).skip(y0 as usize).take((y1 - y0) as usize);
+    rows.flat_map(|row| row[columns.clone()].iter().copied()).collect()
+}
+
+impl Checkpoint {
+    /// The part within a region. Non-finite samples are counted over the whole field.
+    #[must_use]
+    pub fn crop(&self, shape: Shape, region: [u32; 4]) -> Self {
+        Self {
+            mean: crop(&self.mean, shape, region),
+            variance: crop(&self.variance, shape, region),
+            tails: crop(&self.tails, shape, region),
+            located: self.located.clone(),
+            ..*self
+        }
+    }
 }
 
 /// What is measured, and how.
+#[derive(Clone, Copy)]
 pub struct Settings<'a> {
     /// Shape of the field.
     pub shape: Shape,
+    /// Column and row of its first pixel: not 0 where it is a part of a larger one.
+    pub origin: [u32; 2],
     /// Metrics, the headline one first.
     pub metrics: &'a [Metric],
     /// Wanted errors.
@@ -49,6 +98,8 @@ pub struct Subject {
     pub device: String,
     /// Axis values.
     pub strategy: Strategy,
+    /// Hash of all that determines the samples beside seed and replicate.
+    pub identity: String,
     /// Dependence class.
     pub dependence: Dependence,
     /// Seconds of set-up.
@@ -100,17 +151,17 @@ pub fn analyse(
     let seconds: Vec<f64> = last.iter().map(|c| c.seconds / (n as f64 * pixels)).collect();
     let field_seconds: Vec<f64> = last.iter().map(|c| c.seconds / n as f64).collect();
     let field_seconds = median_interval(&field_seconds, CONFIDENCE);
-    let independent = (subject.dependence == Dependence::Independent && settings.metrics[0] == Metric::RelMse)
-        .then_some(relative_variance);
-    let cost = settings
-        .targets
-        .iter()
-        .filter_map(|&t| cost(t, &checkpoints, squared, independent, slope.as_ref(), field_seconds))
-        .collect();
+    let independent = subject.dependence == Dependence::Independent;
+    let curve = Curve { checkpoints: &checkpoints, squared, independent, slope: slope.as_ref() };
+    let known = (independent && settings.metrics[0] == Metric::RelMse).then_some(relative_variance);
+    let cost = settings.targets.iter().filter_map(|&t| cost(t, curve, known, field_seconds)).collect();
+    let drift = drift(&checkpoints, squared).filter(|_| settings.metrics[0].converges_to_zero());
+    let origin = (settings.shape, settings.origin);
     let result = StrategyResult {
         name: subject.name,
         device: subject.device,
         strategy: subject.strategy,
+        identity: subject.identity,
         dependence: subject.dependence,
         setup_seconds: subject.setup_seconds,
         seconds_per_sample: median_interval(&seconds, CONFIDENCE),
@@ -121,6 +172,10 @@ pub fn analyse(
         efficiency_ratio: None,
         variance_ratio: None,
         cost,
+        means: last.iter().map(|c| c.mean.iter().sum::<f64>() / c.mean.len() as f64).collect(),
+        dispersion: spread.dispersion,
+        largest_deviation: largest_deviation(&last, reference),
+        health: health(&last, n, &weights, origin, drift),
         probes,
         non_finite: non_finite(&last),
         image: None,
@@ -169,6 +224,17 @@ fn checkpoint(
     }
 }
 
+/// Upper bound of the mean error over replicates, in the root of the headline metric, with one-sided confidence; `None`
+/// where there is none, or the reference is too noisy to judge.
+pub fn headline_bound(metric: Metric, loaded: &[Checkpoint], reference: &Reference, confidence: f64) -> Option<f64> {
+    let share = metric.reference_share(&reference.mean, &reference.variance);
+    let values: Vec<f64> = loaded.iter().map(|c| metric.measure(&c.mean, &reference.mean, share).value).collect();
+    let mean = mean_interval(&values, 2.0 * confidence - 1.0);
+    let judged = !metric.squared() || share <= REFERENCE_LIMIT * (mean.estimate + share);
+    let upper = mean.upper.filter(|_| judged)?;
+    Some(if metric.squared() { upper.max(0.0).sqrt() } else { upper })
+}
+
 /// Why the reference cannot judge a checkpoint, if so. Its share is known in squares only; the other metrics are judged
 /// by the first of these.
 fn refusal(metrics: &[MetricResult], settings: &Settings<'_>, shares: &[f64]) -> Option<String> {
@@ -190,8 +256,20 @@ fn weighted_variance(variance: &[f64], weights: &[f64]) -> Option<f64> {
     (variance.len() == weights.len() && sum.is_finite()).then(|| sum / weights.len() as f64)
 }
 
+/// Largest |x − r| of any value in any replicate, over the mean of |r| (absolute where that is 0).
+fn largest_deviation(last: &[Checkpoint], reference: &Reference) -> f64 {
+    let size = reference.mean.iter().map(|r| r.abs()).sum::<f64>() / reference.mean.len() as f64;
+    let deviations = last.iter().flat_map(|c| c.mean.iter().zip(&reference.mean)).map(|(x, r)| (x - r).abs());
+    // NaN must not get lost.
+    let largest = deviations.fold(0.0, |m: f64, d| if d > m || d.is_nan() { d } else { m });
+    if size > 0.0 { largest / size } else { largest }
+}
+
 struct Spread {
+    /// Relative variance per sample.
     statistic: Jackknifed,
+    /// See [`StrategyResult::dispersion`].
+    dispersion: Option<Jackknifed>,
     variance: Vec<f64>,
     mean: Vec<f64>,
     std_error: Vec<f64>,
@@ -210,21 +288,17 @@ fn spread(last: &[Checkpoint], weights: &[f64], n: u64, dependence: Dependence) 
     let between_variance: Vec<f64> =
         (0..values).map(|i| last.iter().map(|c| (c.mean[i] - mean[i]).powi(2)).sum::<f64>() / (r - 1.0)).collect();
     let std_error = between_variance.iter().map(|v| (v / r).sqrt()).collect();
-    if dependence == Dependence::Independent {
-        let per_replicate: Vec<f64> =
-            last.iter().map(|c| weighted_variance(&c.variance, weights).unwrap_or(f64::NAN)).collect();
-        Spread {
-            statistic: within(&per_replicate),
-            variance: sample_variance.clone(),
-            mean,
-            std_error,
-            sample_variance,
-        }
-    } else {
-        let means: Vec<Vec<f64>> = last.iter().map(|c| c.mean.clone()).collect();
-        let variance = between_variance.iter().map(|v| v * n as f64).collect();
-        Spread { statistic: between(&means, weights, n), variance, mean, std_error, sample_variance }
-    }
+    let of_samples: Vec<f64> =
+        last.iter().map(|c| weighted_variance(&c.variance, weights).unwrap_or(f64::NAN)).collect();
+    let of_samples = within(&of_samples);
+    let means: Vec<&[f64]> = last.iter().map(|c| &c.mean[..]).collect();
+    let of_means = between(&means, weights, n);
+    let dispersion = of_samples.all.is_finite().then(|| quotient(&of_means, &of_samples));
+    let (statistic, variance) = match dependence {
+        Dependence::Independent => (of_samples, sample_variance.clone()),
+        _ => (of_means, between_variance.iter().map(|v| v * n as f64).collect()),
+    };
+    Spread { statistic, dispersion, variance, mean, std_error, sample_variance }
 }
 
 /// Fills in the ratios with the first strategy; left out where they are 0/0 or without bound.

@@ -1,9 +1,14 @@
-//! Claims about strategies, and verdicts on them: pure functions of the record.
+//! Claims about strategies, and verdicts on them: pure functions of results.
 
-use crate::analysis::{efficiency_ratio, variance_ratio};
-use crate::record::{ClaimResult, Interval, SceneResult, StrategyResult, Verdict};
-use crate::stats::mean_interval;
-use crate::stats::number::{percent, significant};
+pub mod baseline;
+mod measure;
+mod sentence;
+
+use crate::analysis::health::RestsOn;
+use crate::record::{ClaimResult, Interval, SceneResult, Verdict};
+use crate::stats::Metric;
+use crate::stats::power::{detectable, factor};
+use measure::{Measure, Narrows};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -13,10 +18,38 @@ use serde::{Deserialize, Serialize};
 pub enum Kind {
     /// Weighted variance per sample of `of` over that of `to`, at equal N.
     VarianceRatio,
+    /// Error of `of` over that of `to` (the headline metric, its root where it is a square), at equal spp or equal seconds.
+    ErrorRatio,
     /// 1/(variance × seconds) of `of` over that of `to`.
     EfficiencyRatio,
+    /// Seconds that `of` takes to reach `error` over those of `to`.
+    TimeToErrorRatio,
+    /// Seconds per sample of `of` over those of `to`.
+    CostRatio,
+    /// The mean of `of` is that of the reference (or of `to`) within `margin`, relative: an equivalence test.
+    Unbiased,
+    /// The means of `of` and `to` are the same within `margin`, relative; paired where both drew the same samples.
+    Agrees,
     /// Slope of log error over log N of `of`.
     Slope,
+    /// Variance of the replicates' means of `of` over its samples' own variance / N: 1 for independent samples.
+    VarianceOfMean,
+    /// Every value of `of` is the exact reference: the largest deviation, relative to the reference's mean size, is at most
+    /// `at_most` (default 0).
+    Exact,
+    /// `of` has no sample that is not finite; with `at_most`: their rate is at most this.
+    Finite,
+}
+
+/// At equal what two errors are compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Equal {
+    /// At the largest N that both have.
+    #[default]
+    Spp,
+    /// At the seconds that the quicker one has taken in all.
+    Seconds,
 }
 
 /// A statement to be tested, as an experiment file states it.
@@ -29,43 +62,83 @@ pub struct Claim {
     pub kind: Kind,
     /// The strategy it is about.
     pub of: String,
-    /// The strategy it is compared with (ratios only).
+    /// The strategy it is compared with.
     pub to: Option<String>,
     /// The quantity is at most this.
     pub at_most: Option<f64>,
     /// The quantity is at least this.
     pub at_least: Option<f64>,
+    /// Largest relative difference that counts as none (unbiased, agrees).
+    pub margin: Option<f64>,
+    /// The error that is to be reached (time-to-error-ratio), in the root of the headline metric.
+    pub error: Option<f64>,
+    /// At equal what errors are compared (error-ratio); default: spp.
+    pub equal: Option<Equal>,
     /// Confidence of the interval that decides.
     #[serde(default = "default_confidence")]
     pub confidence: f64,
     /// The scene; default: every scene.
     pub scene: Option<String>,
+    /// Part of the field: first column, first row, and the column and row behind the last ones; default: all of it.
+    pub region: Option<[u32; 4]>,
 }
 
 const fn default_confidence() -> f64 {
     0.99
 }
 
+/// Probability with which an effect is to be seen where a claim says what it could have detected and what would decide.
+pub const POWER: f64 = 0.9;
+
+/// Data so many times as much are not asked for: whoever needs them has claimed the truth itself.
+const MOST: f64 = 1e4;
+
+impl Kind {
+    /// The kind's name in files.
+    pub fn label(self) -> String {
+        let name = serde_json::to_value(self).expect("plain data");
+        name.as_str().unwrap_or_default().to_owned()
+    }
+
+    /// Whether it compares two strategies: `None` where it may.
+    const fn compares(self) -> Option<bool> {
+        match self {
+            Self::VarianceRatio | Self::ErrorRatio | Self::EfficiencyRatio => Some(true),
+            Self::TimeToErrorRatio | Self::CostRatio | Self::Agrees => Some(true),
+            Self::Unbiased => None,
+            Self::Slope | Self::VarianceOfMean | Self::Exact | Self::Finite => Some(false),
+        }
+    }
+
+    /// Whether a margin takes the place of thresholds.
+    const fn has_margin(self) -> bool {
+        matches!(self, Self::Unbiased | Self::Agrees)
+    }
+
+    /// Which moment of the samples its interval rests on; `None` where on none.
+    const fn rests_on(self) -> Option<RestsOn> {
+        match self {
+            // A slope's interval comes from the replicates' own slopes.
+            Self::Unbiased | Self::Agrees | Self::Slope => Some(RestsOn::Mean),
+            Self::CostRatio | Self::Exact | Self::Finite => None,
+            _ => Some(RestsOn::Variance),
+        }
+    }
+}
+
 impl Claim {
-    /// What is wrong with the claim, if anything: unknown names, missing thresholds.
+    /// What is wrong with the claim, if anything: unknown names, missing or meaningless keys.
     pub fn check(&self, strategies: &[&str], scenes: &[&str]) -> Result<(), String> {
-        let known = |what: &str, name: &str, all: &[&str]| {
-            let hint = crate::error::suggestion(name, all.iter().copied()).map(|s| format!("; did you mean `{s}`?"));
-            match all.contains(&name) {
-                true => Ok(()),
-                false => Err(format!(
-                    "no {what} is named `{name}` (there are {}){}",
-                    all.join(", "),
-                    hint.unwrap_or_default()
-                )),
-            }
-        };
         known("strategy", &self.of, strategies)?;
-        match (self.kind, &self.to) {
-            (Kind::Slope, Some(_)) => return Err("a slope is of one strategy; `to` has no meaning".into()),
-            (Kind::Slope, None) => {}
-            (_, None) => return Err("a ratio needs `to`, the strategy to compare with".into()),
+        let kind = self.kind.label();
+        match (self.kind.compares(), &self.to) {
+            (Some(false), Some(_)) => return Err(format!("{kind} is of one strategy; `to` has no meaning")),
+            (Some(true), None) => return Err(format!("{kind} needs `to`, the strategy to compare with")),
             (_, Some(to)) => known("strategy", to, strategies)?,
+            (_, None) => {}
+        }
+        if self.to.as_ref() == Some(&self.of) {
+            return Err(format!("`{}` is compared with itself", self.of));
         }
         if let Some(scene) = &self.scene {
             known("scene", scene, scenes)?;
@@ -73,8 +146,40 @@ impl Claim {
         if !(self.confidence > 0.5 && self.confidence < 1.0) {
             return Err(format!("confidence {} is not between 0.5 and 1", self.confidence));
         }
+        if let Some([x0, y0, x1, y1]) = self.region.filter(|r| r[0] >= r[2] || r[1] >= r[3]) {
+            return Err(format!(
+                "region [{x0}, {y0}, {x1}, {y1}] is empty; it is [x0, y0, x1, y1] with x0 < x1 and y0 < y1"
+            ));
+        }
+        if self.region.is_some() && self.kind == Kind::Finite {
+            return Err("finite speaks of the whole field; `region` has no meaning".into());
+        }
+        self.check_keys(&kind)?;
+        self.check_thresholds(&kind)
+    }
+
+    /// Keys that belong to one kind only.
+    fn check_keys(&self, kind: &str) -> Result<(), String> {
+        let positive = |key: &str, value: Option<f64>, wanted: bool| match value {
+            Some(_) if !wanted => Err(format!("{kind} has no `{key}`")),
+            None if wanted => Err(format!("{kind} needs `{key}`")),
+            Some(x) if !(x > 0.0 && x.is_finite()) => Err(format!("{key} {x} is not a positive number")),
+            _ => Ok(()),
+        };
+        positive("margin", self.margin, self.kind.has_margin())?;
+        positive("error", self.error, self.kind == Kind::TimeToErrorRatio)?;
+        match self.equal {
+            Some(_) if self.kind != Kind::ErrorRatio => Err(format!("{kind} has no `equal`")),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_thresholds(&self, kind: &str) -> Result<(), String> {
         let finite = |x: Option<f64>| x.is_none_or(f64::is_finite);
         match (self.at_least, self.at_most) {
+            (None, None) if self.kind.has_margin() || matches!(self.kind, Kind::Exact | Kind::Finite) => Ok(()),
+            (_, _) if self.kind.has_margin() => Err(format!("{kind} has a `margin`, no `at_least` and `at_most`")),
+            (Some(_), _) if matches!(self.kind, Kind::Exact | Kind::Finite) => Err(format!("{kind} has no `at_least`")),
             (None, None) => Err("a claim needs `at_most`, `at_least` or both".into()),
             (Some(a), Some(b)) if a > b => Err(format!("at_least {a} is above at_most {b}")),
             (a, b) if !finite(a) || !finite(b) => Err("thresholds must be finite".into()),
@@ -82,70 +187,109 @@ impl Claim {
         }
     }
 
-    /// Judges the claim on every scene that it speaks of.
-    pub fn judge(&self, scenes: &[SceneResult]) -> Vec<ClaimResult> {
-        let mine = |s: &&SceneResult| self.scene.as_ref().is_none_or(|name| *name == s.name);
-        scenes.iter().filter(mine).map(|scene| self.judge_scene(scene)).collect()
+    /// Whether the claim is about this scene.
+    pub fn speaks_of(&self, scene: &str) -> bool {
+        self.scene.as_deref().is_none_or(|name| name == scene)
     }
 
-    fn judge_scene(&self, scene: &SceneResult) -> ClaimResult {
-        let find = |name: &str| scene.strategies.iter().find(|s| s.name == name);
-        let interval = self.measure(find(&self.of), self.to.as_deref().and_then(find));
-        let verdict = self.verdict(&interval);
-        ClaimResult {
+    /// Where the quantity must lie.
+    fn thresholds(&self) -> [f64; 2] {
+        match (self.margin, self.kind) {
+            (Some(margin), _) => [-margin, margin],
+            (None, Kind::Exact | Kind::Finite) => [f64::NEG_INFINITY, self.at_most.unwrap_or(0.0)],
+            _ => [self.at_least.unwrap_or(f64::NEG_INFINITY), self.at_most.unwrap_or(f64::INFINITY)],
+        }
+    }
+
+    /// Judges the claim on a scene, errors in this headline metric; `share` of the claim's error probability may be spent on it.
+    pub fn judge(&self, scene: &SceneResult, metric: Metric, share: f64) -> ClaimResult {
+        let measure = self.measure(scene, metric, 1.0 - (1.0 - self.confidence) * share);
+        self.judge_measure(&scene.name, &measure)
+    }
+
+    fn judge_measure(&self, scene: &str, measure: &Measure) -> ClaimResult {
+        let (verdict, open) = self.decide(measure);
+        let confidence = measure.interval.confidence;
+        let result = ClaimResult {
             text: self.text.clone(),
-            scene: scene.name.clone(),
-            interval,
+            kind: self.kind.label(),
+            scene: scene.to_owned(),
+            replicates: measure.replicates,
+            interval: measure.interval,
             verdict,
-            sentence: self.sentence(&interval, verdict),
-        }
+            sentence: String::new(),
+            detectable: measure
+                .spread()
+                .map(|(error, degrees)| measure.off_scale(detectable(error, degrees, confidence, POWER))),
+            open,
+        };
+        ClaimResult { sentence: self.sentence(&result, measure), ..result }
     }
 
-    fn measure(&self, of: Option<&StrategyResult>, to: Option<&StrategyResult>) -> Interval {
-        let unknown = Interval { estimate: f64::NAN, lower: None, upper: None, confidence: self.confidence };
-        match (self.kind, of, to) {
-            (Kind::VarianceRatio, Some(a), Some(b)) => variance_ratio(a, b, self.confidence),
-            (Kind::EfficiencyRatio, Some(a), Some(b)) => efficiency_ratio(a, b, self.confidence),
-            (Kind::Slope, Some(a), _) => {
-                a.slope.as_ref().map_or(unknown, |s| mean_interval(&s.values, self.confidence))
-            }
-            _ => unknown,
+    /// Supported if the whole interval satisfies the thresholds, refuted if all of it violates one, else inconclusive, with
+    /// what stands in the way.
+    fn decide(&self, measure: &Measure) -> (Verdict, Option<String>) {
+        let open = |why: String| (Verdict::Inconclusive, Some(why));
+        if let Some(doubt) = &measure.doubt {
+            return open(doubt.clone());
         }
-    }
-
-    /// Supported if the whole interval satisfies the thresholds, refuted if all of it violates one, else inconclusive.
-    fn verdict(&self, i: &Interval) -> Verdict {
-        let (Some(lower), Some(upper)) = (i.lower, i.upper) else { return Verdict::Inconclusive };
-        let above = self.at_least.unwrap_or(f64::NEG_INFINITY);
-        let below = self.at_most.unwrap_or(f64::INFINITY);
-        if lower >= above && upper <= below {
-            Verdict::Supported
-        } else if upper < above || lower > below {
-            Verdict::Refuted
+        let Interval { lower: Some(lower), upper: Some(upper), .. } = measure.interval else {
+            return open("no interval could be formed".into());
+        };
+        let [least, most] = self.thresholds();
+        if self.kind == Kind::Finite && self.at_most.is_none() {
+            // Nothing found supports it; the sentence says how rare what was not found may be.
+            return (if lower > 0.0 { Verdict::Refuted } else { Verdict::Supported }, None);
+        }
+        if lower >= least && upper <= most {
+            (Verdict::Supported, None)
+        } else if upper < least || lower > most {
+            (Verdict::Refuted, None)
         } else {
-            Verdict::Inconclusive
+            open(self.would_decide(measure))
         }
     }
 
-    fn sentence(&self, i: &Interval, verdict: Verdict) -> String {
-        let claimed = match (self.at_least, self.at_most) {
-            (Some(a), Some(b)) => format!("claimed: {a} to {b}"),
-            (Some(a), None) => format!("claimed: at least {a}"),
-            (None, Some(b)) => format!("claimed: at most {b}"),
-            (None, None) => "nothing claimed".into(),
-        };
-        let (Some(lower), Some(upper)) = (i.lower, i.upper) else {
-            return format!("no interval could be formed ({claimed})");
-        };
-        let range = format!("{} to {}", significant(lower, 3), significant(upper, 3));
-        let of = &self.of;
-        let to = self.to.as_deref().unwrap_or_default();
-        let what = match self.kind {
-            Kind::VarianceRatio => format!("{of} has {range} times the variance of {to} at equal N"),
-            Kind::EfficiencyRatio => format!("{of} has {range} times the efficiency of {to}"),
-            Kind::Slope => format!("the error of {of} falls as N to the power {range}"),
-        };
-        let open = if verdict == Verdict::Inconclusive { "; the interval straddles the threshold" } else { "" };
-        format!("{} confident: {what} ({claimed}{open})", percent(self.confidence))
+    /// What would decide a claim whose interval straddles a threshold, if the estimate is about right.
+    fn would_decide(&self, measure: &Measure) -> String {
+        let straddles = "the interval straddles the threshold";
+        let Some((error, degrees)) = measure.spread() else { return straddles.into() };
+        let estimate = measure.on_scale(measure.interval.estimate);
+        // Supporting a claim with two thresholds takes both.
+        let distance = self
+            .thresholds()
+            .into_iter()
+            .filter(|t| t.is_finite())
+            .map(|t| (estimate - measure.on_scale(t)).abs())
+            .fold(f64::INFINITY, f64::min);
+        let times = factor(distance, error, degrees, measure.interval.confidence, POWER).map(|f| f.max(1.0));
+        match times.filter(|&f| f <= MOST) {
+            None => format!("{straddles}, and the estimate lies on it: no budget would decide"),
+            Some(times) => {
+                let budget = match measure.narrows {
+                    Narrows::WithSamples(spp) => format!("{} {}", round_up(times * spp as f64), measure.abscissa),
+                    Narrows::WithReplicates => {
+                        format!("{} replicates", round_up(times * f64::from(measure.replicates)))
+                    }
+                };
+                let seconds = crate::stats::number::significant(times * measure.seconds, 2);
+                format!("{straddles}; {budget}, {seconds} s of sampling, would probably decide")
+            }
+        }
     }
+}
+
+/// An unknown name is an error with a suggestion.
+fn known(what: &str, name: &str, all: &[&str]) -> Result<(), String> {
+    if all.contains(&name) {
+        return Ok(());
+    }
+    let hint = crate::error::suggestion(name, all.iter().copied()).map(|s| format!("; did you mean `{s}`?"));
+    Err(format!("no {what} is named `{name}` (there are {}){}", all.join(", "), hint.unwrap_or_default()))
+}
+
+/// Up to two significant digits.
+fn round_up(x: f64) -> u64 {
+    let unit = 10f64.powf((x.max(1.0).log10().floor() - 1.0).max(0.0));
+    ((x / unit).ceil() * unit) as u64
 }

@@ -8,6 +8,7 @@ mod replay;
 mod report;
 mod run;
 mod schema;
+mod verify;
 
 use crate::error::{Error, Result};
 
@@ -16,6 +17,8 @@ use crate::error::{Error, Result};
 pub enum Command {
     /// Run an experiment and write its report.
     Run(run::Run),
+    /// Run experiments and judge their claims.
+    Verify(verify::Verify),
     /// Render one image with its statistics.
     Render(render::Render),
     /// Write the report of a finished run again.
@@ -47,6 +50,7 @@ impl Command {
         handler.map_err(|e| Error::Usage(format!("cannot listen for Ctrl-C: {e}")))?;
         match self {
             Self::Run(c) => c.execute(),
+            Self::Verify(c) => c.execute(),
             Self::Render(c) => c.execute(),
             Self::Report(c) => c.execute(),
             Self::Replay(c) => c.execute(),

@@ -1,16 +1,27 @@
 use super::{print, use_threads};
 use crate::error::{Error, Result};
 use crate::estimator::choice::{DeviceRequest, Traversal};
+use crate::record::Record;
 use crate::run::Options;
 use crate::{experiment, report};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Runs an experiment and writes its report.
+/// Runs experiments and writes their reports.
 #[derive(clap::Args)]
 pub struct Run {
+    #[command(flatten)]
+    settings: Settings,
+    /// Print the record as JSON instead of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `run` and `verify` share.
+#[derive(clap::Args)]
+pub(super) struct Settings {
     /// Experiment files (TOML).
     #[arg(required = true)]
-    experiments: Vec<PathBuf>,
+    pub(super) experiments: Vec<PathBuf>,
     /// Folder for results: DIR/<experiment>/ and DIR/cells/.
     #[arg(long, value_name = "DIR", default_value = "reports")]
     out: PathBuf,
@@ -29,39 +40,53 @@ pub struct Run {
     /// How rays find what they meet on a Vulkan device.
     #[arg(long, value_enum, default_value_t)]
     traversal: Traversal,
-    /// Print the record as JSON instead of tables.
-    #[arg(long)]
-    json: bool,
     /// No progress and no notes on stderr.
     #[arg(long)]
-    quiet: bool,
+    pub(super) quiet: bool,
+}
+
+impl Settings {
+    /// To be called once, before anything is run.
+    pub(super) fn use_threads(&self) -> Result<()> {
+        use_threads(self.threads)
+    }
+
+    /// Runs one experiment; `judged` may add verdicts before the record and its report are written to the folder.
+    pub(super) fn run(&self, path: &Path, judged: impl FnOnce(&mut Record) -> Result<()>) -> Result<(Record, PathBuf)> {
+        let (parsed, text) = experiment::load::load(path, &self.overrides)?;
+        let plan = experiment::plan::plan(&parsed, path, text, &self.device, self.traversal)?;
+        if !self.quiet {
+            plan.devices.iter().for_each(|d| eprintln!("device: {}, because {}", d.name, d.reason));
+        }
+        let options = Options { out: self.out.clone(), fresh: self.fresh, quiet: self.quiet };
+        let (mut record, reuse) = crate::run::run(&plan, &options).inspect_err(|e| {
+            if matches!(e, Error::Device { .. }) {
+                eprintln!("rootn: everything computed so far is kept, the same command continues");
+            }
+        })?;
+        let folder = self.out.join(&record.name);
+        let verdicts = record.claims.len();
+        judged(&mut record)?;
+        if record.claims.len() > verdicts {
+            record.save(&folder)?;
+        }
+        report::write(&record, &folder)?;
+        if !self.quiet {
+            eprintln!("{} checkpoints computed, {} reused", reuse.computed, reuse.reused);
+            eprintln!("report: {}", folder.join("report.html").display());
+        }
+        Ok((record, folder))
+    }
 }
 
 impl Run {
     pub(super) fn execute(self) -> Result<()> {
-        use_threads(self.threads)?;
-        for path in &self.experiments {
-            let (parsed, text) = experiment::load::load(path, &self.overrides)?;
-            let plan = experiment::plan::plan(&parsed, path, text, &self.device, self.traversal)?;
-            if !self.quiet {
-                plan.devices.iter().for_each(|d| eprintln!("device: {}, because {}", d.name, d.reason));
-            }
-            let options = Options { out: self.out.clone(), fresh: self.fresh, quiet: self.quiet };
-            let (record, reuse) = crate::run::run(&plan, &options).inspect_err(|e| {
-                if matches!(e, Error::Device { .. }) {
-                    eprintln!("rootn: everything computed so far is kept, the same command continues");
-                }
-            })?;
-            let folder = self.out.join(&record.name);
-            report::write(&record, &folder)?;
-            if self.json {
-                print(&(serde_json::to_string_pretty(&record).expect("plain data") + "\n"))?;
-            } else {
-                print(&report::console(&record))?;
-            }
-            if !self.quiet {
-                eprintln!("{} checkpoints computed, {} reused", reuse.computed, reuse.reused);
-                eprintln!("report: {}", folder.join("report.html").display());
+        self.settings.use_threads()?;
+        for path in &self.settings.experiments {
+            let (record, _) = self.settings.run(path, |_| Ok(()))?;
+            match self.json {
+                true => print(&(serde_json::to_string_pretty(&record).expect("plain data") + "\n"))?,
+                false => print(&report::console(&record))?,
             }
         }
         Ok(())

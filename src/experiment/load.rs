@@ -180,6 +180,7 @@ fn check_numbers(path: &Path, text: &str, e: &Experiment) -> Result<()> {
     };
     in_range(&["budget", "spp"], e.budget.spp, 1, 1 << 48)?;
     in_range(&["budget", "replicates"], u64::from(e.budget.replicates), 1, 10_000)?;
+    check_stop(path, text, e)?;
     if let Some(f) = e.film {
         in_range(&["film", "width"], u64::from(f.width), 1, 65_536)?;
         in_range(&["film", "height"], u64::from(f.height), 1, 65_536)?;
@@ -201,6 +202,36 @@ fn check_numbers(path: &Path, text: &str, e: &Experiment) -> Result<()> {
     match e.targets.iter().find(|t| !(**t > 0.0 && t.is_finite())) {
         Some(t) => fail_at(path, text, &["targets"], format!("targets: {t} is not a positive number")),
         None => Ok(()),
+    }
+}
+
+/// What ends a run early.
+fn check_stop(path: &Path, text: &str, e: &Experiment) -> Result<()> {
+    let b = &e.budget;
+    let fail = |key: &str, message: String| fail_at(path, text, &["budget", key], format!("budget.{key}{message}"));
+    if b.until.is_some() && e.claim.is_empty() {
+        return fail("until", " = \"decided\": there is no [[claim]] to decide".into());
+    }
+    if b.until.is_some() && b.relative_error.is_some() {
+        return fail("relative_error", ": a run ends either when claims are decided or at an error, not both".into());
+    }
+    if let Some(error) = b.relative_error {
+        if !(error > 0.0 && error.is_finite()) {
+            return fail("relative_error", format!(" = {error}: a positive number is allowed"));
+        }
+        if !e.metric.converges_to_zero() {
+            return fail("relative_error", format!(": the metric {} does not tend to 0", e.metric.info().name));
+        }
+        if b.replicates < 2 {
+            return fail("relative_error", ": it takes at least 2 replicates to know an error's confidence".into());
+        }
+    }
+    match (b.confidence, b.relative_error) {
+        (Some(c), _) if !(c > 0.5 && c < 1.0) => fail("confidence", format!(" = {c}: between 0.5 and 1 is allowed")),
+        (Some(_), None) => {
+            fail("confidence", ": it belongs to `relative_error`; claims have a confidence of their own".into())
+        }
+        _ => Ok(()),
     }
 }
 

@@ -6,6 +6,7 @@ pub mod plan;
 use crate::claim::Claim;
 use crate::estimator::choice::{DeviceRequest, Traversal};
 use crate::estimator::integrand::Integrand;
+use crate::run::Stop;
 use crate::sampling::sequence::Sequence;
 use crate::sampling::strategy::{
     Directions, Heuristic, LightChoice, Lights, NoRoulette, Preset, Roulette, Strategy, Technique,
@@ -123,7 +124,36 @@ pub struct Budget {
     /// Seed of the whole experiment.
     #[serde(default = "default_seed")]
     pub seed: u64,
+    /// "decided": on each scene sampling ends when every claim about it is decided, and spp and replicates are the most that
+    /// is spent. Claims are looked at after 8, 16, 32 … replicates; the error probability is shared by all looks.
+    pub until: Option<Until>,
+    /// Each strategy ends at the first N (1, 2, 4 … spp) at which its mean error is at most this, in the root of the
+    /// headline metric (0.01 = 1 %), with `confidence`.
+    pub relative_error: Option<f64>,
+    /// Confidence of `relative_error`, all looks together.
+    pub confidence: Option<f64>,
 }
+
+/// When sampling ends early.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Until {
+    /// When every claim is decided.
+    Decided,
+}
+
+impl Budget {
+    /// When a run ends before all is spent.
+    pub fn stop(&self) -> Stop {
+        match (self.until, self.relative_error) {
+            (Some(Until::Decided), _) => Stop::Decided,
+            (None, Some(target)) => Stop::Error { target, confidence: self.confidence.unwrap_or(DEFAULT_CONFIDENCE) },
+            (None, None) => Stop::Never,
+        }
+    }
+}
+
+const DEFAULT_CONFIDENCE: f64 = 0.95;
 
 const fn default_replicates() -> u32 {
     16
@@ -169,6 +199,10 @@ pub struct StrategyEntry {
     pub roulette_depth: Option<Roulette>,
     /// Which transport is estimated.
     pub technique: Option<Technique>,
+    /// Which independent stream of random numbers is used; two strategies that differ in it alone are the same estimator,
+    /// sampled independently: what a test against itself needs.
+    #[serde(default)]
+    pub stream: u32,
     /// auto, cpu, vulkan, vulkan:NAME or vulkan:INDEX; default: what the command line says.
     pub device: Option<DeviceRequest>,
     /// How rays find what they meet on a Vulkan device; default: what the command line says.
@@ -188,6 +222,7 @@ impl StrategyEntry {
             sequence: self.sequence.unwrap_or(base.sequence),
             roulette: self.roulette_depth.or(base.roulette),
             technique: self.technique.unwrap_or(base.technique),
+            stream: self.stream,
         };
         (self.name.clone().unwrap_or_else(|| preset.label().to_owned()), strategy)
     }

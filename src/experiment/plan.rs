@@ -46,6 +46,7 @@ pub fn plan(
         experiment: text,
         seed: experiment.budget.seed,
         replicates: experiment.budget.replicates,
+        stop: experiment.budget.stop(),
         checkpoints: powers_of_two(experiment.budget.spp),
         metrics,
         targets: experiment.targets.clone(),
@@ -185,6 +186,7 @@ fn image_reference(path: &Path, shape: Shape) -> Result<ReferencePlan<'static>> 
         return fail("non-finite values; a reference must be finite".into());
     }
     let wide = |values: Vec<f32>| values.into_iter().map(f64::from);
-    let reference = Reference { mean: wide(mean).collect(), variance: wide(error).map(|e| e * e).collect() };
+    let reference =
+        Reference { mean: wide(mean).collect(), variance: wide(error).map(|e| e * e).collect(), replicates: None };
     Ok(ReferencePlan::Image { path: path.to_owned(), reference })
 }

@@ -1,6 +1,6 @@
 //! Files that keep estimates: one folder per cell, named by the hash of what determines its samples.
 //!
-//! `<N>.cell` holds mean and sample variance at checkpoint N; `state.cell` the whole block tree of the newest estimate,
+//! `<N>.cell` holds mean, sample variance and tail of every value at checkpoint N; `state.cell` the whole block tree of the newest estimate,
 //! from which a run continues. Each file is replaced in one step and ends in a BLAKE3 checksum of all before it:
 //! magic, version, length and text of a JSON header, payload (little endian), checksum.
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"rootncel";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const CHECKSUM: usize = 32;
 /// Largest file that is read: 16 GiB would be a 10⁸-pixel state.
 const LARGEST: u64 = 1 << 34;
@@ -27,10 +27,42 @@ pub struct Checkpoint {
     pub mean: Vec<f64>,
     /// Sample variance S²/(n−1) of every value; NaN where n < 2. Empty for estimators without samples.
     pub variance: Vec<f64>,
+    /// Tail of every value's samples. Empty for estimators without samples.
+    pub tails: Vec<Tail>,
     /// Non-finite samples: count over all values.
     pub non_finite: u64,
     /// (pixel, sample) of the first ones.
     pub located: Vec<(u32, u64)>,
+}
+
+/// What a value's samples leave beside mean and variance, in few bytes: how heavy their tail is, and where the largest lies.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Tail {
+    /// Σ (x − mean)⁴ / (Σ (x − mean)²)², between 1/n and 1; 0 where all samples are equal.
+    pub fourth: f32,
+    /// Largest sample; −∞ where there is none.
+    pub max: f32,
+    /// Fraction of samples that were exactly 0.
+    pub zeros: f32,
+    /// Index of the largest sample, low word first.
+    argmax: [u32; 2],
+}
+
+impl Tail {
+    fn of(m: &Moments) -> Self {
+        Self {
+            fourth: if m.m2 > 0.0 { (m.m4 / (m.m2 * m.m2)) as f32 } else { 0.0 },
+            max: m.max as f32,
+            zeros: m.zeros as f32 / (m.n as f32).max(1.0),
+            argmax: [m.argmax as u32, (m.argmax >> 32) as u32],
+        }
+    }
+
+    /// Index of the largest sample.
+    pub fn argmax(&self) -> u64 {
+        u64::from(self.argmax[0]) | u64::from(self.argmax[1]) << 32
+    }
 }
 
 impl Checkpoint {
@@ -38,6 +70,7 @@ impl Checkpoint {
     pub fn of(estimate: &Estimate) -> Self {
         let tree = estimate.moments.as_ref();
         Self {
+            tails: tree.map(|t| t.fold_map(Tail::of)).unwrap_or_default(),
             seconds: estimate.seconds,
             wall_seconds: estimate.wall_seconds,
             mean: estimate.field.clone(),
@@ -108,7 +141,8 @@ pub struct CellFolder {
 impl CellFolder {
     /// The folder below `root` for samples determined by `identity`.
     pub fn new(root: &Path, identity: String) -> Self {
-        let hash = blake3::hash(identity.as_bytes()).to_hex();
+        // Files of other versions lie elsewhere.
+        let hash = blake3::hash(format!("{VERSION} {identity}").as_bytes()).to_hex();
         Self { path: root.join(&hash[..24]), identity }
     }
 
@@ -181,7 +215,11 @@ impl CellFolder {
             located: c.located.clone(),
             ..self.header(c.mean.len(), samples, [c.seconds, c.wall_seconds])
         };
-        write(&self.file(samples), &header, &[bytemuck::cast_slice(&c.mean), bytemuck::cast_slice(&c.variance)])
+        write(
+            &self.file(samples),
+            &header,
+            &[bytemuck::cast_slice(&c.mean), bytemuck::cast_slice(&c.variance), bytemuck::cast_slice(&c.tails)],
+        )
     }
 
     /// Reads a checkpoint; `None` if there is none. `values` is the size that the field must have.
@@ -189,15 +227,20 @@ impl CellFolder {
         let path = self.file(samples);
         let Some((header, payload)) = read(&path)? else { return Ok(None) };
         self.check(&path, &header, samples)?;
-        let numbers = floats(&payload);
-        if header.values != values || (numbers.len() != values && numbers.len() != 2 * values) {
-            return Err(Error::damaged(&path, format!("{} numbers for {values} values", numbers.len())));
+        const NUMBER: usize = size_of::<f64>();
+        const TAIL: usize = size_of::<Tail>();
+        let lengths = [values * NUMBER, values * (2 * NUMBER + TAIL)];
+        if header.values != values || !lengths.contains(&payload.len()) {
+            return Err(Error::damaged(&path, format!("{} bytes for {values} values", payload.len())));
         }
+        let (mean, rest) = payload.split_at(values * NUMBER);
+        let (variance, tails) = rest.split_at(rest.len().min(values * NUMBER));
         Ok(Some(Checkpoint {
             seconds: header.seconds,
             wall_seconds: header.wall_seconds.unwrap_or(header.seconds),
-            mean: numbers[..values].to_vec(),
-            variance: numbers[values..].to_vec(),
+            mean: list(mean),
+            variance: list(variance),
+            tails: list(tails),
             non_finite: header.non_finite,
             located: header.located,
         }))
@@ -220,9 +263,9 @@ impl CellFolder {
         let path = self.state();
         let Some((header, payload)) = read(&path)? else { return Ok(None) };
         self.check(&path, &header, header.samples)?;
-        let size = std::mem::size_of::<Moments>();
-        let nodes: Vec<Moments> = payload.chunks_exact(size).map(bytemuck::pod_read_unaligned).collect();
-        let fits = header.pixels == pixels && header.channels == channels && payload.len().is_multiple_of(size);
+        let nodes: Vec<Moments> = list(&payload);
+        let whole = payload.len().is_multiple_of(size_of::<Moments>());
+        let fits = header.pixels == pixels && header.channels == channels && whole;
         let tree = fits
             .then(|| BlockTree::from_parts(pixels, channels, header.samples, nodes, header.located))
             .flatten()
@@ -245,8 +288,8 @@ impl CellFolder {
     }
 }
 
-fn floats(payload: &[u8]) -> Vec<f64> {
-    payload.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("8 bytes"))).collect()
+fn list<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> Vec<T> {
+    bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
 }
 
 fn write(path: &Path, header: &Header, payload: &[&[u8]]) -> Result<()> {

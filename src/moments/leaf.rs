@@ -44,7 +44,7 @@ pub(super) fn push(moments: &mut [Moments], channels: usize, values: &[f64], fir
 
 /// The same operations in the same order as [`Moments::push`], on as many lanes as `$vector` has.
 macro_rules! kernel {
-    ($name:ident, $feature:literal, $vector:ident of $lanes:literal, $sample:ident, $counts:ident, $keep:ident,
+    ($name:ident, $feature:literal, $vector:ident of $lanes:literal, $sample:ident, $counts:ident, $zeros:ident, $keep:ident,
      $load:ident $store:ident $splat:ident $add:ident $sub:ident $mul:ident $min:ident $max:ident) => {
         #[target_feature(enable = $feature)]
         fn $name(moments: &mut [Moments], channels: usize, values: &[f64], first: u64) -> bool {
@@ -62,6 +62,7 @@ macro_rules! kernel {
             let (mut min, mut max) = (gather(|m| m.min), gather(|m| m.max));
             // Indices travel as the bits of floats.
             let mut argmax = gather(|m| f64::from_bits(m.argmax));
+            let mut zeros = gather(|m| m.zeros as f64);
             let on = |k: usize| if k < channels { -1 } else { 0 };
             let mask = _mm256_set_epi64x(on(3), on(2), on(1), on(0));
             let before = moments[0].n;
@@ -81,6 +82,7 @@ macro_rules! kernel {
                 m4 = $add(m4, $sub($add(a, $mul($mul(six, dn2), m2)), $mul($mul(four, dn), m3)));
                 m3 = $add(m3, $sub($mul($mul(t, dn), $splat(two_less)), $mul($mul(three, dn), m2)));
                 m2 = $add(m2, t);
+                zeros = $zeros(zeros, x);
                 min = $min(x, min);
                 argmax = $keep(argmax, $splat(f64::from_bits(first + i as u64)), x, max);
                 max = $max(x, max);
@@ -95,7 +97,7 @@ macro_rules! kernel {
                 out
             };
             let (mean, m2, m3, m4) = (store(mean), store(m2), store(m3), store(m4));
-            let (min, max, argmax) = (store(min), store(max), store(argmax));
+            let (min, max, argmax, zeros) = (store(min), store(max), store(argmax), store(zeros));
             for (block, moments) in moments.chunks_exact_mut(channels).enumerate() {
                 for (channel, m) in moments.iter_mut().enumerate() {
                     let k = block * WIDTH + channel;
@@ -103,7 +105,8 @@ macro_rules! kernel {
                     let argmax = argmax[k].to_bits() + if m.max < max[k] { (block * samples) as u64 } else { 0 };
                     let (mean, m2, m3, m4, min, max) = (mean[k], m2[k], m3[k], m4[k], min[k], max[k]);
                     let n = before + samples as u64;
-                    *m = Moments { n, mean, m2, m3, m4, min, max, argmax, non_finite: m.non_finite };
+                    let zeros = zeros[k] as u64;
+                    *m = Moments { n, mean, m2, m3, m4, min, max, argmax, non_finite: m.non_finite, zeros };
                 }
             }
             true
@@ -111,9 +114,9 @@ macro_rules! kernel {
     };
 }
 
-kernel!(push_avx2, "avx2", __m256d of 4, one_sample, count_4, keep_4,
+kernel!(push_avx2, "avx2", __m256d of 4, one_sample, count_4, zeros_4, keep_4,
         _mm256_loadu_pd _mm256_storeu_pd _mm256_set1_pd _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_min_pd _mm256_max_pd);
-kernel!(push_avx512, "avx2,avx512f", __m512d of 8, two_samples, count_8, keep_8,
+kernel!(push_avx512, "avx2,avx512f", __m512d of 8, two_samples, count_8, zeros_8, keep_8,
         _mm512_loadu_pd _mm512_storeu_pd _mm512_set1_pd _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_min_pd _mm512_max_pd);
 
 /// The channels of the sample that starts at the first place.
@@ -141,6 +144,19 @@ fn count_4(x: __m256d) -> bool {
 #[target_feature(enable = "avx512f")]
 fn count_8(x: __m512d) -> bool {
     _mm512_cmp_pd_mask::<_CMP_LE_OQ>(_mm512_abs_pd(x), _mm512_set1_pd(f32::MAX.into())) == 0xFF
+}
+
+/// One more where x is 0.
+#[target_feature(enable = "avx2")]
+fn zeros_4(zeros: __m256d, x: __m256d) -> __m256d {
+    let is_zero = _mm256_cmp_pd::<_CMP_EQ_OQ>(x, _mm256_setzero_pd());
+    _mm256_add_pd(zeros, _mm256_and_pd(is_zero, _mm256_set1_pd(1.0)))
+}
+
+#[target_feature(enable = "avx512f")]
+fn zeros_8(zeros: __m512d, x: __m512d) -> __m512d {
+    let is_zero = _mm512_cmp_pd_mask::<_CMP_EQ_OQ>(x, _mm512_setzero_pd());
+    _mm512_mask_add_pd(zeros, is_zero, zeros, _mm512_set1_pd(1.0))
 }
 
 /// `new` where x > max, else `old`.

@@ -30,6 +30,8 @@ pub struct Moments {
     pub argmax: u64,
     /// Samples that were not finite or beyond the range of f32.
     pub non_finite: u64,
+    /// Samples that were exactly 0, among those that count.
+    pub zeros: u64,
 }
 
 impl Default for Moments {
@@ -44,6 +46,7 @@ impl Default for Moments {
             max: f64::NEG_INFINITY,
             argmax: 0,
             non_finite: 0,
+            zeros: 0,
         }
     }
 }
@@ -89,6 +92,7 @@ impl Moments {
         self.m4 += t * dn2 * (n * n - 3.0 * n + 3.0) + 6.0 * dn2 * self.m2 - 4.0 * dn * self.m3;
         self.m3 += t * dn * (n - 2.0) - 3.0 * dn * self.m2;
         self.m2 += t;
+        self.zeros += u64::from(x == 0.0);
         self.min = if x < self.min { x } else { self.min };
         if x > self.max {
             self.max = x;
@@ -129,6 +133,7 @@ impl Moments {
             max: if later_max { later.max } else { self.max },
             argmax: if later_max { later.argmax } else { self.argmax },
             non_finite,
+            zeros: self.zeros + later.zeros,
         }
     }
 

@@ -62,7 +62,9 @@ impl BlockTree {
         // Every node must hold the samples that its place in the tree says.
         let counted = |node: &Moments| node.n.checked_add(node.non_finite);
         let expected = node_sizes(samples).flat_map(|n| std::iter::repeat_n(n, channels));
-        let full = |pixel: &[Moments]| pixel.iter().zip(expected.clone()).all(|(m, n)| counted(m) == Some(n));
+        let full = |pixel: &[Moments]| {
+            pixel.iter().zip(expected.clone()).all(|(m, n)| counted(m) == Some(n) && m.zeros <= m.n)
+        };
         (fits && nodes.chunks(per_pixel).all(full)).then_some(Self { channels, samples, nodes, bad })
     }
 

@@ -33,6 +33,7 @@ pub const DEFINITIONS: &[(&str, &str)] = &[
     ("max", "largest sample"),
     ("argmax", "index of the largest sample"),
     ("non_finite", "number of samples that were not finite; they are not in the mean"),
+    ("zeros", "number of samples that were exactly 0"),
 ];
 
 /// A field of `width` × `height` values with any number of named channels, row by row from the top left.

@@ -45,6 +45,7 @@ pub fn of_moments(shape: Shape, moments: &[Moments], sequence: Sequence) -> Laye
         };
         layers.counts.insert(format!("argmax.{channel}"), of(|m| m.argmax));
         layers.counts.insert(format!("non_finite.{channel}"), of(|m| m.non_finite));
+        layers.counts.insert(format!("zeros.{channel}"), of(|m| m.zeros));
     }
     layers.insert_counts("n", moments.iter().step_by(3).map(|m| u32::try_from(m.n).unwrap_or(u32::MAX)).collect());
     layers

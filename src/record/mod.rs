@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Version of the record format. A record of another version is refused.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// A whole run: configuration, provenance, results, verdicts, warnings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -109,6 +109,20 @@ pub struct SceneResult {
     pub targets: Vec<f64>,
     /// One per strategy, in the order of the file. The first is the one that others are compared with.
     pub strategies: Vec<StrategyResult>,
+    /// Parts of the field that claims speak of.
+    #[serde(default)]
+    pub regions: Vec<RegionResult>,
+}
+
+/// Results on a part of a scene's field.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RegionResult {
+    /// First column, first row, and the column and row behind the last ones.
+    pub region: [u32; 4],
+    /// The reference there.
+    pub reference: ReferenceResult,
+    /// One per strategy, as in the scene.
+    pub strategies: Vec<StrategyResult>,
 }
 
 /// The reference.
@@ -118,6 +132,10 @@ pub struct ReferenceResult {
     pub description: String,
     /// Mean value over pixels and channels.
     pub mean: f64,
+    /// Standard error of that mean; 0 for exact ones.
+    pub mean_std_error: f64,
+    /// Degrees of freedom of that standard error; `None` where it is known.
+    pub mean_degrees: Option<f64>,
     /// The reference's own mean weighted variance (of its mean), in units of the headline metric; 0 for exact ones.
     /// Already subtracted from every error; its root is the floor drawn in plots.
     pub variance: f64,
@@ -150,6 +168,8 @@ pub struct StrategyResult {
     pub device: String,
     /// Its axis values.
     pub strategy: Strategy,
+    /// Hash of all that determines its samples beside seed and replicate: scene, film, depth, strategy, engine.
+    pub identity: String,
     /// Dependence class of its samples.
     pub dependence: Dependence,
     /// Seconds of set-up (loading, BVH) per run.
@@ -171,12 +191,75 @@ pub struct StrategyResult {
     pub variance_ratio: Option<VarianceRatio>,
     /// Cost of the scene's targets.
     pub cost: Vec<TargetCost>,
+    /// Mean over pixels and channels at the last checkpoint, per replicate.
+    #[serde(with = "number::list")]
+    pub means: Vec<f64>,
+    /// N·variance of the replicates' means over the samples' own variance, weighted like the relative variance: 1 for
+    /// independent samples, far below it where their arrangement helps. `None` for estimators without samples.
+    pub dispersion: Option<Jackknifed>,
+    /// Largest deviation of any value from the reference in any replicate at the last checkpoint, over the mean of the
+    /// reference's magnitude (or absolute where that is 0).
+    #[serde(with = "number")]
+    pub largest_deviation: f64,
+    /// What the samples say about how far figures on variance can be trusted; `None` for estimators without samples.
+    pub health: Option<Health>,
     /// Running means of the probe pixels.
     pub probes: Vec<ProbeResult>,
     /// Non-finite samples: the count over all replicates and where the first ones lie.
     pub non_finite: NonFinite,
     /// Final image over all replicates (layers: see [`image`]), relative to the record's folder; absent for non-images.
     pub image: Option<String>,
+}
+
+/// A statistic over replicates with its leave-one-out values, from which intervals are made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Jackknifed {
+    /// On all replicates.
+    #[serde(with = "number")]
+    pub all: f64,
+    /// Without replicate i, for i = 0, 1, …
+    #[serde(with = "number::list")]
+    pub without: Vec<f64>,
+}
+
+/// Checks in the manner of MCNP and Geant4 (G4ConvergenceTester) at the last checkpoint, over all replicates. Samples are
+/// weighted like the relative variance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Health {
+    /// Variance of the variance: squared relative standard error of the weighted variance, by the samples' fourth moments.
+    pub variance_of_variance: f64,
+    /// Shape k of the generalised Pareto distribution that the largest samples follow, and its standard error: moments
+    /// above the (1/k)-th are infinite. Fitted to the largest sample of every value and replicate, over that value's
+    /// standard deviation; `None` where those are too few.
+    pub tail_index: Option<[f64; 2]>,
+    /// Share of the weighted sum of squared deviations that the largest sample has.
+    pub largest_share: f64,
+    /// The same share of the 0.1 % of all values and replicates that have most of it.
+    pub top_share: f64,
+    /// Slope of log(1/(error² × seconds)) over log N in the second half of the curve: about 0 for independent samples,
+    /// below 0 where error or cost grow out of proportion.
+    pub drift: Option<Interval>,
+    /// Fraction of samples that are exactly 0.
+    pub zero_fraction: f64,
+    /// The samples that have most of the variance.
+    pub largest: Vec<LargestSample>,
+}
+
+/// A sample that stands out. `rootn replay` explains it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LargestSample {
+    /// Replicate.
+    pub replicate: u32,
+    /// Pixel column and row.
+    pub pixel: [u32; 2],
+    /// Channel.
+    pub channel: u32,
+    /// Index of the sample.
+    pub sample: u64,
+    /// Its value.
+    pub value: f64,
+    /// Its share of the weighted sum of squared deviations.
+    pub share: f64,
 }
 
 /// Where non-finite samples were met. They are kept out of the mean and make the run unhealthy.
@@ -252,6 +335,19 @@ pub struct TargetCost {
     pub seconds: Option<Interval>,
     /// Whether the figure lies beyond the largest N measured.
     pub extrapolated: bool,
+    /// What one more run will need.
+    pub forecast: Option<Forecast>,
+}
+
+/// Prediction for one more run of a strategy, at the same wanted error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Forecast {
+    /// Samples per value, with prediction interval.
+    pub spp: Interval,
+    /// Seconds of sampling, with prediction interval; noise of the clock included.
+    pub seconds: Interval,
+    /// By what factor N grows for each halving of the error.
+    pub halving: f64,
 }
 
 /// Running mean of one pixel (mean over channels).
@@ -282,14 +378,23 @@ pub enum Verdict {
 pub struct ClaimResult {
     /// The author's words.
     pub text: String,
+    /// Kind of claim, as in experiment files.
+    pub kind: String,
     /// Scene it was judged on.
     pub scene: String,
+    /// Replicates that it was judged on.
+    pub replicates: u32,
     /// The measured quantity.
     pub interval: Interval,
     /// The answer.
     pub verdict: Verdict,
     /// The answer as one sentence with figures.
     pub sentence: String,
+    /// How far beyond its threshold the quantity would have been seen with probability 0.9: as a factor for ratios, else as
+    /// a difference.
+    pub detectable: Option<f64>,
+    /// Where the verdict is inconclusive: why, and what would decide.
+    pub open: Option<String>,
 }
 
 impl Record {

@@ -1,8 +1,11 @@
 //! `report.html`: one file with everything in it, for a browser without network or JavaScript.
 
-use super::table::{common_spp, scene_table, word};
+use super::table::{between, common_spp, scene_table, word};
 use super::{Figure, Headline, plain};
-use crate::record::{ClaimResult, Dependence, DeviceNote, MetricInfo, Record, SceneResult, StrategyResult, Verdict};
+use crate::analysis::cost::PREDICTION;
+use crate::record::{
+    ClaimResult, Dependence, DeviceNote, Forecast, MetricInfo, Record, SceneResult, StrategyResult, Verdict,
+};
 use crate::stats::number::{format_interval, percent, significant};
 use serde::Serialize;
 
@@ -125,7 +128,15 @@ fn scene(record: &Record, scene: &SceneResult, headline: &Headline, figures: &[F
     }
     about.extend(reference.seconds.map(|s| ("seconds of sampling", significant(s, 3))));
     about.extend(reference.image.clone().map(|i| ("image", i)));
-    let tables = [metrics(record, scene), costs(scene, headline), ratios(scene), strategies(scene)];
+    let tables = [
+        metrics(record, scene),
+        costs(scene, headline),
+        forecasts(scene, headline),
+        ratios(scene),
+        health(scene),
+        largest(scene),
+        strategies(scene),
+    ];
     let summary = Grid { title: "Summary".into(), caption: String::new(), columns: table.columns, rows: table.rows };
     Scene {
         name: plain(&scene.name),
@@ -208,6 +219,86 @@ fn costs(scene: &SceneResult, headline: &Headline) -> Grid {
         &columns,
         scene.strategies.iter().filter(|s| !s.cost.is_empty()).map(row),
     )
+}
+
+/// What one more run will need for each wanted error.
+fn forecasts(scene: &SceneResult, headline: &Headline) -> Grid {
+    let cell = |s: &StrategyResult, t: f64| {
+        let forecast = s.cost.iter().find(|c| c.target == t).and_then(|c| c.forecast);
+        let Some(Forecast { spp, seconds, .. }) = forecast else { return "–".to_owned() };
+        format!("{} {}, {} s", between(&spp), scene.abscissa, between(&seconds))
+    };
+    let row = |s: &StrategyResult| {
+        let halving = s.cost.iter().find_map(|c| c.forecast)?.halving;
+        let cells = scene.targets.iter().map(|&t| cell(s, t));
+        let halving = format!("{} times as much", significant(halving, 2));
+        Some(std::iter::once(plain(&s.name)).chain(cells).chain([halving]).collect())
+    };
+    let caption = format!(
+        "What one more run of this length needs for each wanted error: {} prediction intervals, from the spread of the \
+         replicates' errors and times. Last column: what each halving of the error costs.",
+        percent(PREDICTION)
+    );
+    let targets: Vec<_> = scene.targets.iter().map(|&t| headline.target(t)).collect();
+    let columns: Vec<_> = targets.iter().map(String::as_str).chain(["half the error"]).collect();
+    grid("Forecast", &caption, &columns, scene.strategies.iter().filter_map(row))
+}
+
+/// The checks of how far figures on variance can be trusted.
+fn health(scene: &SceneResult) -> Grid {
+    let row = |s: &StrategyResult| {
+        let h = s.health.as_ref()?;
+        let tail = h.tail_index.map(|[k, e]| format!("{} ± {}", significant(k, 2), significant(e, 1)));
+        Some(vec![
+            plain(&s.name),
+            h.word(),
+            format!("± {}", percent(round(h.variance_of_variance.sqrt()))),
+            tail.unwrap_or_else(|| "–".into()),
+            percent(round(h.largest_share)),
+            percent(round(h.unseen_share())),
+            percent(round(h.top_share)),
+            h.drift.map_or_else(|| "–".into(), |d| format_interval(&d, "")),
+            percent(round(h.zero_fraction)),
+        ])
+    };
+    let caption = "The checks of MCNP and Geant4 on the samples behind every figure. Variance known to: its relative standard \
+                   error by the samples' fourth moments. Tail index k: moments of the samples above the (1/k)-th look infinite \
+                   (– where too few samples stand out). Not seen: share of the variance to be expected in samples larger than \
+                   the largest seen; beyond 5 % no verdict rests on it. Drift: the power of \
+                   N by which 1/(error² × seconds) moves in the second half of the curve; below 0 is bad, above 0 is the \
+                   merit of points that are better than random.";
+    let columns = [
+        "health",
+        "variance known to",
+        "tail index",
+        "largest sample",
+        "not seen",
+        "largest 0.1 % of values",
+        "drift",
+        "samples = 0",
+    ];
+    grid("Health", caption, &columns, scene.strategies.iter().filter_map(row))
+}
+
+/// The samples that have most of the variance.
+fn largest(scene: &SceneResult) -> Grid {
+    let rows = scene.strategies.iter().flat_map(|s| {
+        s.health.iter().flat_map(|h| h.largest.iter().take(3)).map(|l| {
+            let [x, y] = l.pixel;
+            let place = [format!("{x}, {y}"), l.channel.to_string(), l.replicate.to_string(), l.sample.to_string()];
+            let figures = [significant(l.value, 4), percent(round(l.share))];
+            std::iter::once(plain(&s.name)).chain(place).chain(figures).collect()
+        })
+    });
+    let caption = "The three samples with the largest share of the variance (weighted like the relative variance); `rootn replay` \
+                   traces them again, vertex by vertex.";
+    let columns = ["pixel", "channel", "replicate", "sample", "value", "share of the variance"];
+    grid("Largest samples", caption, &columns, rows)
+}
+
+/// To two digits.
+fn round(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
 }
 
 /// What each strategy is.

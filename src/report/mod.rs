@@ -7,6 +7,7 @@ mod cost;
 mod csv;
 mod html;
 mod image;
+mod junit;
 mod plot;
 mod probe;
 mod table;
@@ -17,7 +18,8 @@ use crate::stats::{Metric, number};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-pub use table::console;
+pub use junit::junit;
+pub use table::{console, verdicts};
 
 /// Writes `curves.csv`, `summary.md`, `report.html` and `plots/` into a folder that holds a record's `images/`; returns
 /// what was written. A missing or damaged image is an error.

@@ -1,8 +1,9 @@
 //! The results as text: for the console and as Markdown.
 
 use super::{Figure, Headline, plain};
-use crate::record::{ClaimResult, Interval, Record, SceneResult, StrategyResult, Verdict};
-use crate::stats::number::{format_half_width, format_interval, percent, significant};
+use crate::analysis::cost::PREDICTION;
+use crate::record::{ClaimResult, Forecast, Interval, Record, SceneResult, StrategyResult, Verdict};
+use crate::stats::number::{format_half_width, format_interval, percent, range, significant};
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle, presets};
 
 /// One scene's results as cells, with what must be said below them.
@@ -34,6 +35,10 @@ pub(super) fn scene_table(record: &Record, scene: &SceneResult) -> SceneTable {
     ];
     columns.extend(target.map(|t| format!("seconds to {}", headline.target(t))));
     columns.push("efficiency".to_owned());
+    let health = scene.strategies.iter().any(|s| s.health.is_some());
+    if health {
+        columns.push("health".to_owned());
+    }
     let devices = scene.strategies.iter().any(|s| s.device != scene.strategies[0].device);
     if devices {
         columns.insert(1, "device".to_owned());
@@ -51,6 +56,9 @@ pub(super) fn scene_table(record: &Record, scene: &SceneResult) -> SceneTable {
             None if index == 0 => "1×".into(),
             None => NONE.into(),
         });
+        if health {
+            row.push(strategy.health.as_ref().map_or_else(|| NONE.into(), |h| h.word()));
+        }
         if devices {
             row.insert(1, plain(&strategy.device));
         }
@@ -138,7 +146,38 @@ fn notes(record: &Record, scene: &SceneResult, headline: &Headline, spp: Option<
         notes.push(format!("Efficiency = 1/(relative variance × seconds per sample), over that of {name}."));
     }
     notes.extend(marks(scene, headline, spp));
+    notes.extend(forecasts(scene, headline));
     notes
+}
+
+/// What one more run will need for the error that the table speaks of, a line per strategy.
+fn forecasts(scene: &SceneResult, headline: &Headline) -> Vec<String> {
+    let Some(target) = nearest_target(scene) else { return Vec::new() };
+    let line = |s: &StrategyResult| {
+        let Forecast { spp, seconds, halving } = s.cost.iter().find(|c| c.target == target)?.forecast?;
+        Some(format!(
+            "{}: {} error needs {} {}, {} s; half the error {} times as much.",
+            plain(&s.name),
+            headline.target(target),
+            between(&spp),
+            scene.abscissa,
+            between(&seconds),
+            significant(halving, 2)
+        ))
+    };
+    let mut lines: Vec<String> = scene.strategies.iter().filter_map(line).collect();
+    if !lines.is_empty() {
+        lines.insert(0, format!("Forecast for one more run ({} prediction intervals):", percent(PREDICTION)));
+    }
+    lines
+}
+
+/// "5100 to 5600".
+pub(super) fn between(i: &Interval) -> String {
+    match (i.lower, i.upper) {
+        (Some(lower), Some(upper)) => range(i.estimate, lower, upper).join(" to "),
+        _ => significant(i.estimate, 2),
+    }
 }
 
 /// Notes on what is marked or missing in the table.
@@ -225,6 +264,30 @@ fn draw(table: &SceneTable, style: TableStyle, cell: impl Fn(&str) -> String) ->
         column.set_cell_alignment(CellAlignment::Right);
     }
     out.trim_fmt()
+}
+
+/// The verdicts alone: for a terminal, or as Markdown.
+pub fn verdicts(record: &Record, markdown: bool) -> String {
+    let mut out = match markdown {
+        true => format!(
+            "### {}\n\n| verdict | scene | claim | measured |\n| --- | --- | --- | --- |\n",
+            escape(&record.name)
+        ),
+        false => format!("{}\n", plain(&record.name)),
+    };
+    for claim in &record.claims {
+        out += &match markdown {
+            true => {
+                let cells = [&claim.scene, &claim.text, &claim.sentence].map(|text| escape(text));
+                format!("| **{}** | {} |\n", word(claim.verdict), cells.join(" | "))
+            }
+            false => format!("  {:<12}  {}\n", word(claim.verdict), claim_line(claim)),
+        };
+    }
+    if record.claims.is_empty() {
+        out += if markdown { "| – | – | nothing is claimed | – |\n" } else { "  nothing is claimed\n" };
+    }
+    out + "\n"
 }
 
 /// The results for a terminal: a table per scene with notes, then claims, then warnings. No colours, no control characters.

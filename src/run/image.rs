@@ -23,7 +23,9 @@ impl Runner<'_> {
             return Ok(());
         }
         let relative = format!("images/{}/{}", file_name(&scene.name), file_name(&c.name));
-        let last = *self.plan.checkpoints.last().expect("a plan has checkpoints");
+        let checkpoints: Vec<u64> = a.result.checkpoints.iter().map(|k| k.spp).collect();
+        let (Some(end), Some(&last)) = (a.result.checkpoints.last(), checkpoints.last()) else { return Ok(()) };
+        let (replicates, seconds) = (end.seconds.len() as u32, end.seconds.iter().sum());
         let hash = |n| self.folder(&self.track(&*c.estimator, &c.strategy, Role::Run, 0), n).hash();
         let about = |n: u64, replicates: u64, seconds: f64| Attributes {
             samples_per_pixel: n * replicates,
@@ -34,14 +36,12 @@ impl Runner<'_> {
             definitions: Vec::new(),
         };
         let all = format!("{relative}/all-{last}.exr");
-        let seconds = a.result.checkpoints.last().map_or(0.0, |k| k.seconds.iter().sum());
-        let replicates = u64::from(self.plan.replicates);
-        let layers = layers::statistics(shape, &a.mean, &a.sample_variance, &a.std_error, last * replicates);
-        write_exr(&folder.join(&all), &layers, &about(last, replicates, seconds))?;
+        let layers = layers::statistics(shape, &a.mean, &a.sample_variance, &a.std_error, last * u64::from(replicates));
+        write_exr(&folder.join(&all), &layers, &about(last, replicates.into(), seconds))?;
         a.result.image = Some(all);
         if self.plan.log_pixels {
-            for &n in &self.plan.checkpoints {
-                for replicate in 0..self.plan.replicates {
+            for n in checkpoints {
+                for replicate in 0..replicates {
                     let k = self.stored(c, replicate, n)?;
                     let std_error: Vec<f64> = match c.estimator.dependence() {
                         Dependence::Independent => k.variance.iter().map(|v| (v / n as f64).sqrt()).collect(),

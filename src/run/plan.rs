@@ -6,6 +6,7 @@ use crate::estimator::Estimator;
 use crate::record::DeviceNote;
 use crate::sampling::Strategy;
 use crate::stats::Metric;
+use crate::stats::sequential::spend;
 use std::path::PathBuf;
 
 /// Everything that a run needs, resolved and checked.
@@ -20,6 +21,8 @@ pub struct Plan<'a> {
     pub seed: u64,
     /// Replicates per strategy.
     pub replicates: u32,
+    /// When to stop before all is spent.
+    pub stop: Stop,
     /// Values of N at which the running estimate is looked at, ascending.
     pub checkpoints: Vec<u64>,
     /// Metrics, the headline one first.
@@ -38,6 +41,53 @@ pub struct Plan<'a> {
     pub devices: Vec<DeviceNote>,
     /// What was found odd while planning.
     pub warnings: Vec<String>,
+}
+
+/// When a run ends before its budget is spent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stop {
+    /// Never.
+    Never,
+    /// On each scene when every claim about it is decided: looked at after certain numbers of replicates.
+    Decided,
+    /// For each strategy at the first N at which the error, in the root of the headline metric, is at most so large with this
+    /// confidence.
+    Error {
+        /// The error.
+        target: f64,
+        /// The confidence, all looks together.
+        confidence: f64,
+    },
+}
+
+/// A look at the claims.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// After so many replicates.
+    pub replicates: u32,
+    /// Share of the error probability that this look may spend.
+    pub share: f64,
+}
+
+/// Fewest replicates that claims are looked at with.
+const FIRST_LOOK: u32 = 8;
+
+impl Plan<'_> {
+    /// When claims are looked at: once at the end, or, to stop as soon as they are decided, after each doubling.
+    pub fn looks(&self) -> Vec<Look> {
+        if self.stop != Stop::Decided {
+            return vec![Look { replicates: self.replicates, share: 1.0 }];
+        }
+        let halves = std::iter::successors(Some(self.replicates), |r| Some(r / 2));
+        let mut replicates: Vec<u32> = halves.take_while(|&r| r >= FIRST_LOOK).collect();
+        if replicates.is_empty() {
+            replicates.push(self.replicates);
+        }
+        replicates.reverse();
+        let fractions: Vec<f64> = replicates.iter().map(|&r| f64::from(r) / f64::from(self.replicates)).collect();
+        let shares = spend(&fractions, 1.0);
+        replicates.into_iter().zip(shares).map(|(replicates, share)| Look { replicates, share }).collect()
+    }
 }
 
 /// One scene or integrand and who is measured on it.

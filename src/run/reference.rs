@@ -22,7 +22,11 @@ impl Runner<'_> {
         let (reference, description, seconds) = match &scene.reference {
             ReferencePlan::Exact(value) => {
                 let mean = vec![*value; shape.values()];
-                (Reference { variance: vec![0.0; mean.len()], mean }, format!("exact value {value}"), None)
+                (
+                    Reference { variance: vec![0.0; mean.len()], mean, replicates: None },
+                    format!("exact value {value}"),
+                    None,
+                )
             }
             ReferencePlan::Image { path, reference } => (reference.clone(), format!("image {}", path.display()), None),
             ReferencePlan::Rendered { estimator, name, spp, replicates } => {
@@ -30,7 +34,6 @@ impl Runner<'_> {
                 (reference, format!("{name}: {replicates} replicates of {spp} {}", estimator.abscissa()), Some(seconds))
             }
         };
-        let n = reference.mean.len() as f64;
         let share = self.plan.metrics[0].reference_share(&reference.mean, &reference.variance);
         let image = match shape.channels {
             3 => Some(reference_image(&reference, &scene.name, shape, folder)?),
@@ -38,7 +41,9 @@ impl Runner<'_> {
         };
         let described = ReferenceResult {
             description,
-            mean: reference.mean.iter().sum::<f64>() / n,
+            mean: reference.field_mean(),
+            mean_std_error: reference.field_error(),
+            mean_degrees: reference.replicates.map(|r| f64::from(r) - 1.0),
             variance: share,
             seconds,
             image,
@@ -68,6 +73,7 @@ impl Runner<'_> {
         }
         let r = f64::from(replicates);
         let variance = moments.iter().map(|m| m.sample_variance().unwrap_or(f64::NAN) / r).collect();
-        Ok((Reference { mean: moments.iter().map(|m| m.mean).collect(), variance }, seconds))
+        let mean = moments.iter().map(|m| m.mean).collect();
+        Ok((Reference { mean, variance, replicates: Some(replicates) }, seconds))
     }
 }

@@ -135,6 +135,7 @@ impl Preset {
             sequence: Sequence::Independent,
             roulette: None,
             technique: Technique::Path,
+            stream: 0,
         };
         match self {
             Self::Uniform => Strategy { directions: Directions::Uniform, lights: Lights::None, ..mis },
@@ -165,6 +166,14 @@ pub struct Strategy {
     pub roulette: Option<Roulette>,
     /// Transport technique.
     pub technique: Technique,
+    /// Which independent stream of random numbers: strategies that differ in it alone are the same estimator, sampled
+    /// independently.
+    #[serde(default, skip_serializing_if = "is_first")]
+    pub stream: u32,
+}
+
+fn is_first(stream: &u32) -> bool {
+    *stream == 0
 }
 
 impl Strategy {

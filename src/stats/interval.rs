@@ -1,67 +1,114 @@
 //! Confidence intervals over replicates.
 
 use crate::record::Interval;
-use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
+use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF, Normal, StudentsT};
+
+/// Degrees of freedom from which on Student's t is all but normal.
+pub(crate) const MANY: f64 = 1e4;
 
 /// Two-sided quantile of Student's t: P(|T| ≤ t) = confidence.
 pub fn student_t(confidence: f64, degrees: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, degrees).expect("positive degrees of freedom").inverse_cdf(0.5 + 0.5 * confidence)
+    let p = 0.5 + 0.5 * confidence;
+    match StudentsT::new(0.0, 1.0, degrees) {
+        Ok(t) if degrees <= MANY => t.inverse_cdf(p),
+        // The limit, with the first term of its expansion (Abramowitz & Stegun 26.7.5): the inverse of statrs fails here.
+        _ => {
+            let z = Normal::standard().inverse_cdf(p);
+            z + (z * z * z + z) / (4.0 * degrees)
+        }
+    }
+}
+
+/// An estimate with its standard error and the degrees of freedom of that error (of Student's t; infinite: it is known).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uncertain {
+    /// The estimate.
+    pub value: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// Degrees of freedom.
+    pub degrees: f64,
+}
+
+impl Uncertain {
+    /// The mean of independent values; `None` for fewer than two.
+    pub fn mean(values: &[f64]) -> Option<Self> {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0);
+        (values.len() >= 2).then(|| Self { value: mean, error: (variance / n).sqrt(), degrees: n - 1.0 })
+    }
+
+    /// A statistic by the delete-one jackknife: `all` is its value on all replicates, `without[i]` on all but i; `None`
+    /// for fewer than two. Efron & Tibshirani, An Introduction to the Bootstrap, 1993, §11.2, with t on n − 1 degrees.
+    pub fn jackknife(all: f64, without: &[f64]) -> Option<Self> {
+        let n = without.len() as f64;
+        let mean = without.iter().sum::<f64>() / n;
+        let ss = without.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
+        (without.len() >= 2).then(|| Self { value: all, error: ((n - 1.0) / n * ss).sqrt(), degrees: n - 1.0 })
+    }
+
+    /// The jackknife of a statistic's logarithm; `None` also where a value is not positive.
+    pub fn log_jackknife(all: f64, without: &[f64]) -> Option<Self> {
+        let logs: Vec<f64> = without.iter().map(|x| x.ln()).collect();
+        Self::jackknife(all.ln(), &logs).filter(|u| u.value.is_finite() && u.error.is_finite())
+    }
+
+    /// The difference to an independent estimate. Variances add; degrees of freedom by Welch (1947) and Satterthwaite (1946).
+    #[must_use]
+    pub fn minus(self, other: Self) -> Self {
+        let (a, b) = (self.error * self.error, other.error * other.error);
+        let degrees = match a + b {
+            0.0 => self.degrees.min(other.degrees),
+            v => v * v / (a * a / self.degrees + b * b / other.degrees),
+        };
+        Self { value: self.value - other.value, error: (a + b).sqrt(), degrees }
+    }
+
+    /// Everything times a constant.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self { value: self.value * factor, error: self.error * factor.abs(), ..self }
+    }
+
+    /// Estimate ± t·standard error.
+    pub fn interval(self, confidence: f64) -> Interval {
+        let half = student_t(confidence, self.degrees) * self.error;
+        let (estimate, lower, upper) = (self.value, Some(self.value - half), Some(self.value + half));
+        Interval { estimate, lower, upper, confidence }
+    }
+
+    /// The interval of e^x, where this is x.
+    pub fn exp_interval(self, confidence: f64) -> Interval {
+        let log = self.interval(confidence);
+        let [lower, upper] = [log.lower, log.upper].map(|b| b.map(f64::exp));
+        Interval { estimate: self.value.exp(), lower, upper, confidence }
+    }
+}
+
+/// An estimate that nothing is known of but its value.
+pub(crate) const fn without_bounds(estimate: f64, confidence: f64) -> Interval {
+    Interval { estimate, lower: None, upper: None, confidence }
 }
 
 /// Mean of independent values with Student's t interval. No bounds for fewer than two values.
 pub fn mean_interval(values: &[f64], confidence: f64) -> Interval {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    if values.len() < 2 {
-        return Interval { estimate: mean, lower: None, upper: None, confidence };
-    }
-    let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0);
-    around(mean, (variance / n).sqrt(), n - 1.0, confidence)
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    Uncertain::mean(values).map_or(without_bounds(mean, confidence), |u| u.interval(confidence))
 }
 
-/// Estimate ± t·standard error.
-fn around(estimate: f64, standard_error: f64, degrees: f64, confidence: f64) -> Interval {
-    let half = student_t(confidence, degrees) * standard_error;
-    Interval { estimate, lower: Some(estimate - half), upper: Some(estimate + half), confidence }
-}
-
-/// Delete-one jackknife interval of a statistic: `all` is its value on all replicates, `without[i]` on all but i.
-/// Efron & Tibshirani, An Introduction to the Bootstrap, 1993, §11.2 (standard error), with t on n − 1 degrees.
+/// Interval of a statistic by [`Uncertain::jackknife`].
 pub fn jackknife(all: f64, without: &[f64], confidence: f64) -> Interval {
-    let n = without.len() as f64;
-    if without.len() < 2 {
-        return Interval { estimate: all, lower: None, upper: None, confidence };
-    }
-    let mean = without.iter().sum::<f64>() / n;
-    let ss = without.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
-    around(all, ((n - 1.0) / n * ss).sqrt(), n - 1.0, confidence)
+    Uncertain::jackknife(all, without).map_or(without_bounds(all, confidence), |u| u.interval(confidence))
 }
 
 /// Jackknife of the logarithm of a ratio a/b whose parts come from independent sets of replicates; bounds are those of
-/// the ratio itself. Variances of the two logarithms add; degrees of freedom by Welch and Satterthwaite.
+/// the ratio itself.
 pub fn log_ratio(a: f64, a_without: &[f64], b: f64, b_without: &[f64], confidence: f64) -> Interval {
-    let estimate = a / b;
-    let none = Interval { estimate, lower: None, upper: None, confidence };
-    if a_without.len() < 2 || b_without.len() < 2 || !(a > 0.0 && b > 0.0) {
-        return none;
-    }
-    let part = |without: &[f64]| {
-        let n = without.len() as f64;
-        let logs: Vec<f64> = without.iter().map(|x| x.ln()).collect();
-        let mean = logs.iter().sum::<f64>() / n;
-        ((n - 1.0) / n * logs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>(), n - 1.0)
-    };
-    let ((va, da), (vb, db)) = (part(a_without), part(b_without));
-    let v = va + vb;
-    if !v.is_finite() {
-        return none;
-    }
-    if v == 0.0 {
-        return Interval { lower: Some(estimate), upper: Some(estimate), ..none };
-    }
-    let degrees = v * v / (va * va / da + vb * vb / db);
-    let log = around(estimate.ln(), v.sqrt(), degrees, confidence);
-    Interval { lower: log.lower.map(f64::exp), upper: log.upper.map(f64::exp), ..none }
+    let part = Uncertain::log_jackknife;
+    let ratio = part(a, a_without).zip(part(b, b_without)).map(|(a, b)| a.minus(b));
+    let interval = ratio.map_or(without_bounds(a / b, confidence), |u| u.exp_interval(confidence));
+    Interval { estimate: a / b, ..interval }
 }
 
 /// The middle of a list; NaN if it is empty.
@@ -95,4 +142,21 @@ pub fn median_interval(values: &[f64], confidence: f64) -> Interval {
         return Interval { estimate, lower: None, upper: None, confidence };
     }
     Interval { estimate, lower: Some(v[k - 1]), upper: Some(v[n - k]), confidence }
+}
+
+/// Exact interval of a probability from `found` of `trials` (Clopper & Pearson 1934). Where nothing was found all of the
+/// error probability goes to the upper bound, which is then about 3/trials at 95 % (the rule of three).
+pub fn binomial_interval(found: u64, trials: u64, confidence: f64) -> Interval {
+    let (x, n) = (found as f64, trials as f64);
+    let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(p));
+    let alpha = (1.0 - confidence) / 2.0;
+    let lower = if found == 0 { 0.0 } else { quantile(x, n - x + 1.0, alpha) };
+    let upper = match found {
+        0 if trials == 0 => 1.0,
+        // 1 − α^(1/n)
+        0 => -((1.0 - confidence).ln() / n).exp_m1(),
+        _ if found >= trials => 1.0,
+        _ => quantile(x + 1.0, n - x, 1.0 - alpha),
+    };
+    Interval { estimate: x / n, lower: Some(lower), upper: Some(upper), confidence }
 }

@@ -33,6 +33,16 @@ pub(crate) fn format_interval(i: &Interval, suffix: &str) -> String {
     format!("{}{suffix} [{}, {}]{power}", decimal(e, decimals), decimal(l, decimals), decimal(u, decimals))
 }
 
+/// Bounds as text: as many decimals as leave two significant digits of their distance.
+pub(crate) fn range(estimate: f64, lower: f64, upper: f64) -> [String; 2] {
+    if ![estimate, lower, upper].iter().all(|v| v.is_finite()) {
+        return [lower, upper].map(|v| significant(v, 3));
+    }
+    let (scale, power) = common_power(&[estimate, lower, upper]);
+    let decimals = decimals(estimate / scale, (upper - lower) / scale);
+    [lower, upper].map(|v| format!("{}{power}", decimal(v / scale, decimals)))
+}
+
 /// "12.31 ± 0.55": the estimate and half the interval's width, rounded alike.
 pub(crate) fn format_half_width(i: &Interval) -> String {
     let (Some(lower), Some(upper)) = (i.lower, i.upper) else {

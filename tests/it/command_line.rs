@@ -159,7 +159,7 @@ fn render_writes_all_moments() {
     let folder = tempfile::tempdir().unwrap();
     let image = render(folder.path(), &["--spp", "32"]);
     assert_eq!((image.width, image.height), (6, 5));
-    for layer in ["", "sample_variance", "std_error", "m3", "m4", "min", "max", "argmax", "non_finite"] {
+    for layer in ["", "sample_variance", "std_error", "m3", "m4", "min", "max", "argmax", "non_finite", "zeros"] {
         assert_eq!(image.layer(layer).unwrap().0, 3, "{layer}");
         assert!(layer.is_empty() || DEFINITIONS.iter().any(|d| d.0 == layer), "{layer} is not defined");
     }

@@ -47,13 +47,15 @@ pub(crate) fn run_file(path: &Path, out: &Path, fresh: bool) -> rootn::Result<(R
 }
 
 /// Fields that hold times, or follow from times: all that may differ between two runs of the same experiment.
-const TIMES: [&str; 8] = [
+const TIMES: [&str; 9] = [
     "seconds",
     "wall_seconds",
     "sampling_seconds",
     "seconds_per_sample",
     "setup_seconds",
     "efficiency_ratio",
+    // Of error² × seconds.
+    "drift",
     "threads",
     // Runs that met damaged files say so.
     "warnings",

@@ -15,7 +15,7 @@ use rootn::estimator::{Cell, Estimate, Estimator};
 use rootn::math::Vec3;
 use rootn::moments::{BlockTree, Moments};
 use rootn::record::Record;
-use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, powers_of_two};
+use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, Stop, powers_of_two};
 use rootn::sampling::strategy::{Directions, Heuristic, LightChoice, Lights, NoRoulette, Preset, Roulette, Technique};
 use rootn::sampling::{Key, Sequence, Strategy};
 use rootn::scene::{Effects, Geometry, Light, Material, Scene};
@@ -171,6 +171,7 @@ fn every_strategy_agrees_with_the_cpu() {
                     sequence: sequences[(i + 2 * j + k) % 4],
                     roulette: roulettes[(i + j) % 3],
                     technique: [Technique::Path, Technique::Path, Technique::Direct][(i + k) % 3],
+                    stream: 0,
                 };
                 let cpu = samples(&CpuEstimator::new(Arc::clone(&prepared), strategy), 4);
                 let gpu = samples(&estimator(&scene, strategy, Tuning::default()).unwrap(), 4);
@@ -537,6 +538,7 @@ fn a_run_on_a_lost_device_leaves_its_cells() {
             experiment: String::new(),
             seed: 1,
             replicates: 3,
+            stop: Stop::Never,
             checkpoints: powers_of_two(300),
             metrics: vec![Metric::RelMse],
             targets: vec![0.01],

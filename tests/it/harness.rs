@@ -4,7 +4,7 @@ use crate::determinism::{cornell, experiment, left, results, run_file};
 use rootn::estimator::integrand::{Integrand, IntegrandEstimator};
 use rootn::estimator::{Cell, Estimate, Estimator, Shape};
 use rootn::record::{Dependence, Record};
-use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, Reuse, powers_of_two, run};
+use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, Reuse, Stop, powers_of_two, run};
 use rootn::sampling::Sequence;
 use rootn::sampling::strategy::Preset;
 use rootn::stats::Metric;
@@ -53,6 +53,7 @@ fn counted(out: &Path, sequence: Sequence, checkpoints: Vec<u64>, fresh: bool) -
         experiment: String::new(),
         seed: 1,
         replicates: 2,
+        stop: Stop::Never,
         checkpoints,
         metrics: vec![Metric::RelMse],
         targets: vec![0.01],

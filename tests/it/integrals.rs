@@ -3,7 +3,7 @@
 use crate::support::{level, seed};
 use rootn::estimator::integrand::{Integrand, IntegrandEstimator};
 use rootn::record::{Interval, SceneResult, StrategyResult};
-use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, powers_of_two, run};
+use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, Stop, powers_of_two, run};
 use rootn::sampling::Sequence;
 use rootn::sampling::strategy::{Preset, Strategy};
 use rootn::stats::metric::weight;
@@ -87,6 +87,7 @@ fn measured(test: &str, integrand: Integrand, sequences: &[Sequence], samples: u
         experiment: String::new(),
         seed: seed(test),
         replicates: 16,
+        stop: Stop::Never,
         checkpoints: powers_of_two(samples),
         metrics: vec![Metric::RelMse],
         targets: vec![0.01],

@@ -22,6 +22,7 @@ mod report;
 mod sampling;
 mod scene_reader;
 mod spherical;
+mod statistics;
 mod stats;
 mod support;
 mod warps;

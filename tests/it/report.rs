@@ -64,12 +64,13 @@ fn strategy(name: &str, preset: Preset, v: f64, seconds: f64, replicates: usize,
     let targets = [0.1, 0.01].map(|t: f64| {
         let spp = (v / (t * t)).powf(1.0 / order);
         let seconds = Some(bounded(spp * seconds * 4096.0, 0.05));
-        TargetCost { target: t, spp, seconds, extrapolated: spp > f64::from(1 << last) }
+        TargetCost { target: t, spp, seconds, extrapolated: spp > f64::from(1 << last), forecast: None }
     });
     StrategyResult {
         name: name.into(),
         device: "cpu".into(),
         strategy: preset.strategy(),
+        identity: String::new(),
         dependence: if preset == Preset::Sobol { Dependence::Dependent } else { Dependence::Independent },
         setup_seconds: 0.01,
         seconds_per_sample: bounded(seconds, 0.02),
@@ -98,6 +99,10 @@ fn strategy(name: &str, preset: Preset, v: f64, seconds: f64, replicates: usize,
                     .collect(),
             })
             .collect(),
+        means: Vec::new(),
+        dispersion: None,
+        largest_deviation: 0.0,
+        health: None,
         non_finite: NonFinite::default(),
         image: None,
     }
@@ -112,12 +117,15 @@ fn scene(name: &str, strategies: Vec<StrategyResult>) -> SceneResult {
         reference: ReferenceResult {
             description: "Sobol + MIS, 32 replicates of 512 spp".into(),
             mean: 0.31,
+            mean_std_error: 1e-4,
+            mean_degrees: Some(31.0),
             variance: 4e-7,
             seconds: Some(41.2),
             image: None,
         },
         targets: vec![0.1, 0.01],
         strategies,
+        regions: Vec::new(),
     }
 }
 
@@ -196,6 +204,10 @@ fn seven_presets(folder: &Path) -> Record {
     record.scenes[0].reference.image = Some("images/reference.exr".into());
     let claim = |text: &str, verdict, sentence: &str| ClaimResult {
         text: text.into(),
+        kind: "variance-ratio".into(),
+        replicates: 16,
+        detectable: Some(1.05),
+        open: None,
         scene: "cornell".into(),
         interval: interval(0.0467, 0.0014),
         verdict,
@@ -248,6 +260,10 @@ fn awkward(folder: &Path) -> Record {
     record.warnings = vec![format!("{hostile}: advice")];
     record.claims = vec![ClaimResult {
         text: hostile.into(),
+        kind: "slope".into(),
+        replicates: 1,
+        detectable: None,
+        open: Some(hostile.into()),
         scene: hostile.into(),
         interval: alone(f64::NAN),
         verdict: Verdict::Inconclusive,
@@ -283,8 +299,13 @@ fn crowded() -> Record {
         scene("short", vec![strategy("a", Preset::Mis, 1.0, 1e-6, 4, 2), strategy("b", Preset::Mis, 1.4, 1e-6, 4, 2)]);
     second.targets = vec![0.5];
     for s in &mut second.strategies {
-        s.cost =
-            vec![TargetCost { target: 0.5, spp: 4.0, seconds: Some(interval(0.0164, 0.002)), extrapolated: false }];
+        s.cost = vec![TargetCost {
+            target: 0.5,
+            spp: 4.0,
+            seconds: Some(interval(0.0164, 0.002)),
+            extrapolated: false,
+            forecast: None,
+        }];
     }
     record(vec![first, second])
 }
@@ -445,16 +466,30 @@ fn golden() -> Record {
     };
     let mut first = strategy("uniform", Preset::Uniform, 4.0, 1e-6, 2, 2);
     first.checkpoints = vec![point(1, 4.0), point(4, 1.0)];
-    first.cost =
-        vec![TargetCost { target: 0.01, spp: 40_000.0, seconds: Some(interval(163.84, 8.0)), extrapolated: true }];
+    first.cost = vec![TargetCost {
+        target: 0.01,
+        spp: 40_000.0,
+        seconds: Some(interval(163.84, 8.0)),
+        extrapolated: true,
+        forecast: None,
+    }];
     let mut second = strategy("mis", Preset::Mis, 0.4, 2e-6, 2, 2);
     second.checkpoints = vec![point(1, 0.4), point(4, 0.1)];
-    second.cost =
-        vec![TargetCost { target: 0.01, spp: 4000.0, seconds: Some(interval(32.77, 1.6)), extrapolated: true }];
+    second.cost = vec![TargetCost {
+        target: 0.01,
+        spp: 4000.0,
+        seconds: Some(interval(32.77, 1.6)),
+        extrapolated: true,
+        forecast: None,
+    }];
     second.efficiency_ratio = Some(Interval { estimate: 5.0, lower: Some(4.6), upper: Some(5.5), confidence: 0.95 });
     let mut record = record(vec![scene("box", vec![first, second])]);
     record.claims = vec![ClaimResult {
         text: "MIS pays".into(),
+        kind: "efficiency-ratio".into(),
+        replicates: 16,
+        detectable: Some(1.1),
+        open: None,
         scene: "box".into(),
         interval: interval(5.0, 0.4),
         verdict: Verdict::Supported,

@@ -12,7 +12,7 @@ use rootn::stats::{jackknife, mean_interval, student_t};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 /// Simulated experiments per coverage test.
-const REPETITIONS: u64 = 2000;
+pub(crate) const REPETITIONS: u64 = 2000;
 
 fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-10 * b.abs()
@@ -31,7 +31,7 @@ impl Random {
     }
 
     /// Two uniform numbers in (0, 1).
-    fn pair(&mut self) -> [f64; 2] {
+    pub(crate) fn pair(&mut self) -> [f64; 2] {
         self.counter += 1;
         let w = philox4x32([self.counter as u32, (self.counter >> 32) as u32, 0, 0], self.key);
         [unit_f64(w[0], w[1]), unit_f64(w[2], w[3])]
@@ -41,33 +41,33 @@ impl Random {
         (self.pair()[0] * n as f64) as u64
     }
 
-    fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         let [u, v] = self.pair();
         (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
     }
 
-    fn exponential(&mut self) -> f64 {
+    pub(crate) fn exponential(&mut self) -> f64 {
         -self.pair()[0].ln()
     }
 
-    fn list(&mut self, n: usize, mut draw: impl FnMut(&mut Self) -> f64) -> Vec<f64> {
+    pub(crate) fn list(&mut self, n: usize, mut draw: impl FnMut(&mut Self) -> f64) -> Vec<f64> {
         (0..n).map(|_| draw(self)).collect()
     }
 }
 
-fn contains(i: &Interval, truth: f64) -> bool {
+pub(crate) fn contains(i: &Interval, truth: f64) -> bool {
     i.lower.unwrap() <= truth && truth <= i.upper.unwrap()
 }
 
 /// Two-sided p-value of this many hits in [`REPETITIONS`] where each has probability `p`.
-fn binomial(hits: u64, p: f64) -> f64 {
+pub(crate) fn binomial(hits: u64, p: f64) -> f64 {
     let b = Binomial::new(p, REPETITIONS).unwrap();
     let above = if hits == 0 { 1.0 } else { b.sf(hits - 1) };
     (2.0 * b.cdf(hits).min(above)).min(1.0)
 }
 
 /// How often an experiment's interval contains the truth.
-fn hits(test: &str, mut experiment: impl FnMut(&mut Random) -> bool) -> u64 {
+pub(crate) fn hits(test: &str, mut experiment: impl FnMut(&mut Random) -> bool) -> u64 {
     let mut random = Random::new(test);
     (0..REPETITIONS).filter(|_| experiment(&mut random)).count() as u64
 }
@@ -146,7 +146,8 @@ fn jackknife_intervals() {
         (r.lower.unwrap() - 2.832672528869272).abs() < 1e-7 && (r.upper.unwrap() - 122.49409470441576).abs() < 1e-6
     );
     // Leaving out one of the replicates directly gives what the downdates of `between` and `within` give.
-    let fields: Vec<Vec<f64>> = a.iter().map(|&x| vec![x, 2.0 * x + 1.0]).collect();
+    let fields: Vec<[f64; 2]> = a.iter().map(|&x| [x, 2.0 * x + 1.0]).collect();
+    let fields: Vec<&[f64]> = fields.iter().map(|f| &f[..]).collect();
     let weights = [0.25, 3.0];
     let direct = |x: &[f64]| 5.0 * (0.25 * variance(x) + 3.0 * 4.0 * variance(x)) / 2.0;
     let between = between(&fields, &weights, 5);
@@ -240,6 +241,7 @@ fn strategy(variances: &[f64], seconds: Vec<f64>) -> StrategyResult {
         name: "s".into(),
         device: "cpu".into(),
         strategy: Preset::Mis.strategy(),
+        identity: String::new(),
         dependence: Dependence::Independent,
         setup_seconds: 0.0,
         seconds_per_sample: median_interval(&seconds, 0.95),
@@ -258,6 +260,10 @@ fn strategy(variances: &[f64], seconds: Vec<f64>) -> StrategyResult {
         variance_ratio: None,
         cost: Vec::new(),
         probes: Vec::new(),
+        means: Vec::new(),
+        dispersion: None,
+        largest_deviation: 0.0,
+        health: None,
         non_finite: NonFinite::default(),
         image: None,
     }

@@ -1,0 +1,134 @@
+//! Comparison with an earlier run: variance first, cost second, bias apart. Each is a claim like any other, so that noise is
+//! told from regression.
+
+use super::measure::{Measure, Narrows, difference};
+use super::{Claim, Kind};
+use crate::analysis::efficiency::quotient;
+use crate::record::{ClaimResult, Jackknifed, Record, SceneResult, StrategyResult};
+use crate::stats::interval::Uncertain;
+use crate::stats::number::percent;
+
+/// Confidence of these claims.
+const CONFIDENCE: f64 = 0.99;
+
+/// Judges every strategy of `now` that is also in `before`: its variance and its seconds per sample have grown by at most
+/// `tolerance` (0.1 = 10 %), and its mean has moved by at most a tenth of that. Err: why the two cannot be compared.
+pub fn compare(now: &Record, before: &Record, tolerance: f64) -> Result<Vec<ClaimResult>, String> {
+    let metric = |r: &Record| r.metrics.first().map(|m| m.formula.clone());
+    if metric(now) != metric(before) {
+        return Err("the headline metrics differ".into());
+    }
+    let mut results = Vec::new();
+    for scene in &now.scenes {
+        let old = before.scenes.iter().find(|s| s.name == scene.name);
+        let old = old.ok_or_else(|| format!("it has no scene {}", scene.name))?;
+        comparable(scene, old)?;
+        for strategy in &scene.strategies {
+            let Some(earlier) = old.strategies.iter().find(|s| s.name == strategy.name) else { continue };
+            let name = format!("{}, {}", scene.name, strategy.name);
+            if strategy.strategy != earlier.strategy {
+                return Err(format!("{name}: the strategy has other axis values"));
+            }
+            if class(&strategy.device) != class(&earlier.device) {
+                return Err(format!("{name}: it ran on {}, now on {}", earlier.device, strategy.device));
+            }
+            let same_samples = now.provenance.seed == before.provenance.seed;
+            results.extend(judge(scene, strategy, earlier, same_samples, tolerance));
+        }
+    }
+    match results.is_empty() {
+        true => Err("it has none of the strategies".into()),
+        false => Ok(results),
+    }
+}
+
+/// CPU or GPU: figures of the two are not compared, those of two processors are (their names stand in the records).
+fn class(device: &str) -> &str {
+    if device.starts_with("cpu") { "cpu" } else { device }
+}
+
+fn comparable(now: &SceneResult, before: &SceneResult) -> Result<(), String> {
+    let name = &now.name;
+    if now.shape != before.shape {
+        return Err(format!("{name}: its film is {:?}, now {:?}", before.shape, now.shape));
+    }
+    if now.max_depth != before.max_depth {
+        return Err(format!("{name}: its paths have other lengths"));
+    }
+    if (now.reference.mean / before.reference.mean - 1.0).abs() > 0.05 {
+        return Err(format!("{name}: its reference has another mean; the scene has changed"));
+    }
+    Ok(())
+}
+
+fn judge(
+    scene: &SceneResult,
+    now: &StrategyResult,
+    before: &StrategyResult,
+    same_samples: bool,
+    tolerance: f64,
+) -> Vec<ClaimResult> {
+    let claim = |kind: Kind, text: &str, margin: Option<f64>| Claim {
+        text: format!("{}: {text} than before by at most {}", now.name, percent(margin.unwrap_or(tolerance))),
+        kind,
+        of: now.name.clone(),
+        to: Some("its baseline".into()),
+        at_most: margin.is_none().then_some(1.0 + tolerance),
+        at_least: None,
+        margin,
+        error: None,
+        equal: None,
+        confidence: CONFIDENCE,
+        scene: None,
+        region: None,
+    };
+    let measure = |u: Option<Uncertain>, logarithmic: bool, remark: Option<String>| {
+        let none = Uncertain { value: f64::NAN, error: 0.0, degrees: f64::INFINITY };
+        let known = u.unwrap_or(none);
+        Measure {
+            interval: if logarithmic { known.exp_interval(CONFIDENCE) } else { known.interval(CONFIDENCE) },
+            logarithmic,
+            degrees: known.degrees,
+            narrows: Narrows::WithReplicates,
+            replicates: now.means.len() as u32,
+            seconds: now.checkpoints.last().map_or(0.0, |c| c.seconds.iter().sum()),
+            abscissa: scene.abscissa.clone(),
+            doubt: u.is_none().then(|| "one of the two has too few replicates".to_owned()),
+            remark,
+        }
+    };
+    let moved = difference(now, Some(before), &scene.reference);
+    let (moved, remark) = moved.map_or((None, None), |(u, remark)| (Some(u), remark.filter(|_| same_samples)));
+    vec![
+        claim(Kind::VarianceRatio, "more variance", None)
+            .judge_measure(&scene.name, &measure(variance_ratio(now, before, same_samples), true, None)),
+        claim(Kind::CostRatio, "more seconds per sample", None)
+            .judge_measure(&scene.name, &measure(time_ratio(now, before), true, None)),
+        claim(Kind::Agrees, "another mean", Some(0.1 * tolerance))
+            .judge_measure(&scene.name, &measure(moved, false, remark)),
+    ]
+}
+
+/// log of the ratio of variances; paired where both drew the same random numbers.
+fn variance_ratio(now: &StrategyResult, before: &StrategyResult, same_samples: bool) -> Option<Uncertain> {
+    let of = |s: &StrategyResult| Jackknifed {
+        all: s.relative_variance.estimate,
+        without: s.relative_variance_without.clone(),
+    };
+    let (a, b) = (of(now), of(before));
+    if same_samples && a.without.len() == b.without.len() {
+        let ratio = quotient(&a, &b);
+        return Uncertain::log_jackknife(ratio.all, &ratio.without);
+    }
+    Some(Uncertain::log_jackknife(a.all, &a.without)?.minus(Uncertain::log_jackknife(b.all, &b.without)?))
+}
+
+/// log of the ratio of seconds per sample. The runs did not take turns: what the machine did between them is not in the error.
+fn time_ratio(now: &StrategyResult, before: &StrategyResult) -> Option<Uncertain> {
+    let logs = |s: &StrategyResult| {
+        let last = s.checkpoints.last()?;
+        let logs: Vec<f64> = last.seconds.iter().map(|t| (t / last.spp as f64).ln()).collect();
+        Uncertain::mean(&logs).filter(|u| u.value.is_finite())
+    };
+    Some(logs(now)?.minus(logs(before)?))
+}

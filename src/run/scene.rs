@@ -1,0 +1,236 @@
+//! One scene: sampled as far as the plan says, analysed, its claims judged.
+
+use super::track::Track;
+use super::{Contender, Plan, PlannedScene, Runner, Stop};
+use crate::analysis::scene::{Analysed, Reference, Settings, Subject, analyse, compare_with_first, headline_bound};
+use crate::claim::Claim;
+use crate::error::{Error, Result};
+use crate::moments::cell::Checkpoint;
+use crate::record::{ClaimResult, ReferenceResult, RegionResult, SceneResult, StrategyResult, Verdict};
+use crate::sampling::Role;
+use crate::stats::number::percent;
+use std::path::Path;
+
+/// Where checkpoints come from: of a contender's replicate, at N.
+type Load<'l> = dyn Fn(&Contender<'_>, u32, u64) -> Result<Checkpoint> + 'l;
+
+impl Runner<'_> {
+    /// The scene's results, and the verdicts with the claims' places in the plan.
+    pub(super) fn scene(
+        &mut self,
+        scene: &PlannedScene<'_>,
+        folder: &Path,
+    ) -> Result<(SceneResult, Vec<(usize, ClaimResult)>)> {
+        let (reference, described) = self.reference(scene, folder)?;
+        self.warm_up(scene)?;
+        let plan = self.plan;
+        let claims: Vec<(usize, &Claim)> =
+            plan.claims.iter().enumerate().filter(|(_, c)| c.speaks_of(&scene.name)).collect();
+        let mut verdicts: Vec<Option<ClaimResult>> = vec![None; claims.len()];
+        let mut checkpoints = vec![plan.checkpoints.len(); scene.contenders.len()];
+        let looks = plan.looks();
+        let mut sampled = 0;
+        for (i, look) in looks.iter().enumerate() {
+            match plan.stop {
+                Stop::Error { target, confidence } => {
+                    checkpoints = self.sample_until(scene, &reference, target, confidence)?;
+                }
+                _ => self.sample(scene, sampled..look.replicates)?,
+            }
+            sampled = look.replicates;
+            self.bar.set_message(format!("{} · analysing", scene.name));
+            let load = |c: &Contender<'_>, replicate, n| self.stored(c, replicate, n);
+            let (result, mut analysed) = results(plan, scene, (&reference, &described), sampled, &checkpoints, &load)?;
+            // What an earlier look has decided stays decided.
+            let open = |v: &Option<ClaimResult>| v.as_ref().is_none_or(|v| v.verdict == Verdict::Inconclusive);
+            for ((_, claim), verdict) in claims.iter().zip(&mut verdicts).filter(|(_, v)| open(v)) {
+                *verdict = Some(claim.judge(&result, plan.metrics[0], look.share));
+            }
+            let decided = !claims.is_empty() && !verdicts.iter().any(open);
+            if decided || i + 1 == looks.len() {
+                let left = u64::from(plan.replicates - sampled) * super::work_of_replicate(plan, scene);
+                self.bar.set_length(self.bar.length().unwrap_or(0).saturating_sub(left));
+                return self
+                    .finish(scene, folder, result, &mut analysed)
+                    .map(|result| (result, claims.iter().map(|c| c.0).zip(verdicts.into_iter().flatten()).collect()));
+            }
+        }
+        unreachable!("a plan has looks, and the last one returns")
+    }
+
+    /// Images and warnings.
+    fn finish(
+        &mut self,
+        scene: &PlannedScene<'_>,
+        folder: &Path,
+        mut result: SceneResult,
+        analysed: &mut [Analysed],
+    ) -> Result<SceneResult> {
+        for (a, (contender, s)) in analysed.iter_mut().zip(scene.contenders.iter().zip(&mut result.strategies)) {
+            self.images(a, contender, scene, folder)?;
+            s.image.clone_from(&a.result.image);
+        }
+        self.warn_of(&scene.name, &result.strategies);
+        Ok(result)
+    }
+
+    /// Strategies take turns at every checkpoint of a replicate, so that drift of the machine hits all alike.
+    fn sample(&mut self, scene: &PlannedScene<'_>, replicates: std::ops::Range<u32>) -> Result<()> {
+        for replicate in replicates {
+            let mut tracks: Vec<Track<'_>> =
+                scene.contenders.iter().map(|c| self.track(&*c.estimator, &c.strategy, Role::Run, replicate)).collect();
+            for &n in &self.plan.checkpoints {
+                for (i, contender) in scene.contenders.iter().enumerate() {
+                    self.bar.set_message(format!("{} · {}", scene.name, contender.name));
+                    if let Err(e) = self.advance(&mut tracks[i], n) {
+                        self.keep_states(&tracks)?;
+                        return Err(e);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Samples each strategy up to the first checkpoint at which the upper bound of its mean error is at most `target`;
+    /// returns how many checkpoints each has. The error probability is shared equally by all looks (Bonferroni), so that
+    /// looking often does not make the confidence smaller than it says.
+    fn sample_until(
+        &mut self,
+        scene: &PlannedScene<'_>,
+        reference: &Reference,
+        target: f64,
+        confidence: f64,
+    ) -> Result<Vec<usize>> {
+        let plan = self.plan;
+        let share = (1.0 - confidence) / plan.checkpoints.len() as f64;
+        let mut done: Vec<Option<usize>> = vec![None; scene.contenders.len()];
+        for (k, &n) in plan.checkpoints.iter().enumerate() {
+            for (c, done) in scene.contenders.iter().zip(&mut done).filter(|(_, done)| done.is_none()) {
+                self.bar.set_message(format!("{} · {}", scene.name, c.name));
+                let mut loaded = Vec::new();
+                for replicate in 0..plan.replicates {
+                    let mut track = self.track(&*c.estimator, &c.strategy, Role::Run, replicate).ending_at(n);
+                    loaded.push(self.advance(&mut track, n)?);
+                }
+                let bound = headline_bound(plan.metrics[0], &loaded, reference, 1.0 - share);
+                if bound.is_some_and(|b| b <= target) {
+                    *done = Some(k + 1);
+                }
+            }
+        }
+        for (c, _) in scene.contenders.iter().zip(&done).filter(|(_, done)| done.is_none()) {
+            let last = plan.checkpoints.last().copied().unwrap_or(0);
+            let target = percent(target);
+            self.warnings.push(format!(
+                "{}, {}: the whole budget (N = {last}) does not reach an error of {target} with confidence {}",
+                scene.name,
+                c.name,
+                percent(confidence)
+            ));
+        }
+        Ok(done.into_iter().map(|d| d.unwrap_or(plan.checkpoints.len())).collect())
+    }
+
+    /// A checkpoint that sampling has left on disk.
+    pub(super) fn stored(&self, c: &Contender<'_>, replicate: u32, n: u64) -> Result<Checkpoint> {
+        let track = self.track(&*c.estimator, &c.strategy, Role::Run, replicate);
+        let folder = self.folder(&track, n);
+        let found = folder.load_checkpoint(n, c.estimator.shape().values())?;
+        found.ok_or_else(|| Error::damaged(&self.cells, format!("the cell of {} at N = {n} has vanished", c.name)))
+    }
+
+    fn warn_of(&mut self, scene: &str, strategies: &[StrategyResult]) {
+        for s in strategies {
+            if s.non_finite.count > 0 {
+                let (replicate, pixel, sample) = s.non_finite.first.first().copied().unwrap_or_default();
+                self.warnings.push(format!(
+                    "{scene}, {}: {} non-finite samples, kept out of the mean (the estimate is not to be trusted); first \
+                     in replicate {replicate}, pixel {pixel}, sample {sample}: see `rootn replay`",
+                    s.name, s.non_finite.count
+                ));
+            }
+            for doubt in s.health.iter().flat_map(|h| h.doubts()) {
+                self.warnings.push(format!("{scene}, {}: {doubt}", s.name));
+            }
+        }
+    }
+}
+
+/// A scene's results on so many replicates; `checkpoints`: how many of the plan's each contender has.
+fn results(
+    plan: &Plan<'_>,
+    scene: &PlannedScene<'_>,
+    (reference, described): (&Reference, &ReferenceResult),
+    replicates: u32,
+    checkpoints: &[usize],
+    load: &Load<'_>,
+) -> Result<(SceneResult, Vec<Analysed>)> {
+    let shape = scene.contenders[0].estimator.shape();
+    let settings = Settings {
+        shape,
+        origin: [0, 0],
+        metrics: &plan.metrics,
+        targets: &plan.targets,
+        probes: &plan.probes,
+        checkpoints: &plan.checkpoints,
+        replicates,
+    };
+    let analysed = strategies(scene, &settings, reference, checkpoints, load)?;
+    let mut regions: Vec<[u32; 4]> =
+        plan.claims.iter().filter(|c| c.speaks_of(&scene.name)).filter_map(|c| c.region).collect();
+    regions.sort_unstable();
+    regions.dedup();
+    let regions = regions.into_iter().map(|region| {
+        let [x0, y0, x1, y1] = region;
+        let part = crate::estimator::Shape { width: (x1 - x0) as usize, height: (y1 - y0) as usize, ..shape };
+        let settings = Settings { shape: part, origin: [x0, y0], probes: &[], ..settings };
+        let reference = reference.crop(shape, region);
+        let cropped = |c: &Contender<'_>, replicate, n| Ok(load(c, replicate, n)?.crop(shape, region));
+        let analysed = strategies(scene, &settings, &reference, checkpoints, &cropped)?;
+        let reference = ReferenceResult {
+            mean: reference.field_mean(),
+            mean_std_error: reference.field_error(),
+            image: None,
+            ..described.clone()
+        };
+        Ok(RegionResult { region, reference, strategies: analysed.into_iter().map(|a| a.result).collect() })
+    });
+    let regions = regions.collect::<Result<Vec<_>>>()?;
+    let result = SceneResult {
+        name: scene.name.clone(),
+        shape: [shape.width, shape.height, shape.channels],
+        abscissa: scene.contenders[0].estimator.abscissa().into(),
+        max_depth: scene.max_depth,
+        reference: described.clone(),
+        targets: plan.targets.clone(),
+        strategies: analysed.iter().map(|a| a.result.clone()).collect(),
+        regions,
+    };
+    Ok((result, analysed))
+}
+
+/// All contenders, compared with the first.
+fn strategies(
+    scene: &PlannedScene<'_>,
+    settings: &Settings<'_>,
+    reference: &Reference,
+    checkpoints: &[usize],
+    load: &Load<'_>,
+) -> Result<Vec<Analysed>> {
+    let analysed = scene.contenders.iter().zip(checkpoints).map(|(c, &number)| {
+        let subject = Subject {
+            name: c.name.clone(),
+            device: c.device.clone(),
+            strategy: c.strategy,
+            identity: blake3::hash(c.estimator.identity().as_bytes()).to_hex()[..24].to_owned(),
+            dependence: c.estimator.dependence(),
+            setup_seconds: c.estimator.setup_seconds(),
+        };
+        let settings = Settings { checkpoints: &settings.checkpoints[..number], ..*settings };
+        analyse(subject, &settings, reference, |replicate, n| load(c, replicate, n))
+    });
+    let mut analysed = analysed.collect::<Result<Vec<_>>>()?;
+    compare_with_first(&mut analysed);
+    Ok(analysed)
+}
