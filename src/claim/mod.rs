@@ -115,6 +115,11 @@ impl Kind {
         matches!(self, Self::Unbiased | Self::Agrees)
     }
 
+    /// Whether it makes sense to ask what the run could have detected: not where one counterexample decides.
+    const fn has_power(self) -> bool {
+        !matches!(self, Self::Exact | Self::Finite)
+    }
+
     /// Which moment of the samples its interval rests on; `None` where on none.
     const fn rests_on(self) -> Option<RestsOn> {
         match self {
@@ -220,6 +225,7 @@ impl Claim {
             sentence: String::new(),
             detectable: measure
                 .spread()
+                .filter(|_| self.kind.has_power())
                 .map(|(error, degrees)| measure.off_scale(detectable(error, degrees, confidence, POWER))),
             open,
         };

@@ -2,7 +2,7 @@
 
 use super::{Claim, Equal, Kind, measure::Measure};
 use crate::record::{ClaimResult, Interval};
-use crate::stats::number::{percent, range, significant};
+use crate::stats::number::{confidence, percent, range, significant};
 
 impl Claim {
     /// "99 % confident: mis has 0.21 to 0.24 times the variance of importance at equal spp (claimed: at most 0.5; this run
@@ -23,7 +23,7 @@ impl Claim {
         if self.kind == Kind::Exact {
             return format!("{} ({notes})", self.statement(&significant(i.estimate, 3), &measure.abscissa));
         }
-        let confident = percent(i.confidence);
+        let confident = confidence(i.confidence);
         if self.kind == Kind::Finite && i.estimate == 0.0 {
             let bound = significant(upper, 2);
             return format!(
@@ -81,9 +81,9 @@ impl Claim {
     fn claimed(&self) -> String {
         match (self.margin, self.at_least, self.at_most, self.kind) {
             (Some(margin), ..) => format!("claimed: by at most {}", percent(margin)),
-            (None, Some(a), Some(b), _) => format!("claimed: {a} to {b}"),
-            (None, Some(a), None, _) => format!("claimed: at least {a}"),
-            (None, None, Some(b), _) => format!("claimed: at most {b}"),
+            (None, Some(a), Some(b), _) => format!("claimed: {} to {}", plain(a), plain(b)),
+            (None, Some(a), None, _) => format!("claimed: at least {}", plain(a)),
+            (None, None, Some(b), _) => format!("claimed: at most {}", plain(b)),
             (None, None, None, Kind::Finite) => "claimed: none".into(),
             (None, None, None, _) => "claimed: 0".into(),
         }
@@ -93,11 +93,17 @@ impl Claim {
     fn detected(&self, effect: f64) -> String {
         let effect = match self.kind {
             _ if self.kind.has_margin() => percent(rounded(effect)),
-            _ if self.kind.is_ratio() => format!("a factor of {}", significant(effect, 3)),
+            _ if self.kind.is_ratio() && effect < 1.1 => percent(rounded(effect - 1.0)),
+            _ if self.kind.is_ratio() => format!("a factor of {}", significant(effect, 2)),
             _ => significant(effect, 2),
         };
         format!("{effect} beyond that would have been seen with probability 0.9")
     }
+}
+
+/// A threshold as the author wrote it, but not in many zeros.
+fn plain(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e7).contains(&x.abs()) { x.to_string() } else { significant(x, 3) }
 }
 
 fn rounded(x: f64) -> f64 {

@@ -6,7 +6,7 @@ use crate::analysis::cost::PREDICTION;
 use crate::record::{
     ClaimResult, Dependence, DeviceNote, Forecast, MetricInfo, Record, SceneResult, StrategyResult, Verdict,
 };
-use crate::stats::number::{format_interval, percent, significant};
+use crate::stats::number::{confidence, format_interval, percent, significant};
 use serde::Serialize;
 
 /// The page around the results. Its name ends in `.html`, so that every value is escaped.
@@ -114,7 +114,7 @@ fn claim(claim: &ClaimResult) -> Claim<'_> {
         text: &claim.text,
         scene: &claim.scene,
         sentence: &claim.sentence,
-        measured: format!("{} at {}", format_interval(&claim.interval, ""), percent(claim.interval.confidence)),
+        measured: format!("{} at {}", format_interval(&claim.interval, ""), confidence(claim.interval.confidence)),
     }
 }
 

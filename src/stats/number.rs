@@ -65,6 +65,13 @@ pub(crate) fn percent(x: f64) -> String {
     format!("{text} %")
 }
 
+/// A confidence, "99 %", "99.984 %": never rounded to certainty.
+pub(crate) fn confidence(x: f64) -> String {
+    let doubt = 100.0 * (1.0 - x);
+    let text = decimal(100.0 * x, (1 - exponent_of(doubt)).clamp(1, 12));
+    format!("{} %", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
 /// ⌊log₁₀|x|⌋ of a finite number, 0 of zero.
 fn exponent_of(x: f64) -> i32 {
     if x == 0.0 { 0 } else { format!("{x:e}").split_once('e').and_then(|p| p.1.parse().ok()).unwrap_or(0) }
@@ -160,5 +167,6 @@ mod tests {
         assert_eq!(percent(0.01), "1 %");
         assert_eq!(percent(0.0025), "0.25 %");
         assert_eq!(percent(1.0), "100 %");
+        assert_eq!([0.95, 0.99, 0.999, 1.0 - 0.01 / 64.0].map(confidence), ["95 %", "99 %", "99.9 %", "99.984 %"]);
     }
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Runs a command that must end with this code, and gives stdout and stderr.
-fn ends(folder: &Path, code: i32, arguments: &[&str]) -> (String, String) {
+pub(crate) fn ends(folder: &Path, code: i32, arguments: &[&str]) -> (String, String) {
     ends_with(folder, code, &[], arguments)
 }
 

@@ -4,6 +4,7 @@ mod agreement;
 mod bad_input;
 mod cells;
 mod chi2;
+mod claims;
 mod closed_form;
 mod command_line;
 mod determinism;
