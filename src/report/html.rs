@@ -290,7 +290,7 @@ fn largest(scene: &SceneResult) -> Grid {
             std::iter::once(plain(&s.name)).chain(place).chain(figures).collect()
         })
     });
-    let caption = "The three samples with the largest share of the variance (weighted like the relative variance); `rootn replay` \
+    let caption = "The three samples with the largest share of the variance (weighted like the relative variance); rootn replay \
                    traces them again, vertex by vertex.";
     let columns = ["pixel", "channel", "replicate", "sample", "value", "share of the variance"];
     grid("Largest samples", caption, &columns, rows)

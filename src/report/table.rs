@@ -16,6 +16,8 @@ pub(super) struct SceneTable {
     pub rows: Vec<Vec<String>>,
     /// Definitions and marks.
     pub notes: Vec<String>,
+    /// What one more run will need, a line per strategy; empty where nothing can be said.
+    forecasts: Vec<String>,
 }
 
 /// What tables put where there is no figure.
@@ -65,7 +67,8 @@ pub(super) fn scene_table(record: &Record, scene: &SceneResult) -> SceneTable {
         row
     });
     let rows = rows.collect();
-    SceneTable { heading: heading(scene), columns, rows, notes: notes(record, scene, &headline, spp) }
+    let (notes, forecasts) = (notes(record, scene, &headline, spp), forecasts(scene, &headline));
+    SceneTable { heading: heading(scene), columns, rows, notes, forecasts }
 }
 
 /// "cornell: 64 × 64 pixels, 3 channels, paths of at most 8 edges".
@@ -146,7 +149,6 @@ fn notes(record: &Record, scene: &SceneResult, headline: &Headline, spp: Option<
         notes.push(format!("Efficiency = 1/(relative variance × seconds per sample), over that of {name}."));
     }
     notes.extend(marks(scene, headline, spp));
-    notes.extend(forecasts(scene, headline));
     notes
 }
 
@@ -309,6 +311,11 @@ pub fn console(record: &Record) -> String {
             notes.for_each(|note| line(&format!("  {note}")));
             line("");
         }
+        if let Some((head, lines)) = table.forecasts.split_first() {
+            line(&format!("  {head}"));
+            lines.iter().for_each(|forecast| line(&format!("    {forecast}")));
+            line("");
+        }
     }
     if let Some(first) = tables.first().filter(|_| several) {
         first.notes.iter().filter(common).for_each(|note| line(&format!("  {note}")));
@@ -350,6 +357,11 @@ pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
             line(&format!("- {}", escape(note)));
         }
         line("");
+        if let Some((head, lines)) = table.forecasts.split_first() {
+            line(&format!("{}\n", escape(head)));
+            lines.iter().for_each(|forecast| line(&format!("- {}", escape(forecast))));
+            line("");
+        }
         if let Some(figure) = figures.first() {
             let kind = if figure.svg.is_some() { "svg" } else { "png" };
             line(&format!("![{}](plots/{}.{kind})\n", escape(&figure.title), figure.stem));
