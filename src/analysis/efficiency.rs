@@ -41,9 +41,8 @@ pub fn quotient(a: &Jackknifed, b: &Jackknifed) -> Jackknifed {
 
 /// Weighted variance per sample of `a` over that of `b`: jackknife of the logarithm.
 pub fn variance_ratio(a: &StrategyResult, b: &StrategyResult, confidence: f64) -> Interval {
-    let part = |s: &StrategyResult| (s.relative_variance.estimate, s.relative_variance_without.clone());
-    let ((va, wa), (vb, wb)) = (part(a), part(b));
-    log_ratio(va, &wa, vb, &wb, confidence)
+    let (a, b) = (a.variance_statistic(), b.variance_statistic());
+    log_ratio(a.all, &a.without, b.all, &b.without, confidence)
 }
 
 /// Seconds per sample of `a` over those of `b`: median of the per-replicate ratio. Strategies take turns within a

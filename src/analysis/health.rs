@@ -1,11 +1,11 @@
 //! How far figures on variance can be trusted: the checks of MCNP and of Geant4's G4ConvergenceTester, for whole fields.
 
-use super::curve::CONFIDENCE;
+use super::curve::{CONFIDENCE, slopes};
 use crate::estimator::Shape;
 use crate::moments::cell::Checkpoint;
 use crate::record::{CheckpointResult, Health, Interval, LargestSample};
 use crate::stats::mean_interval;
-use crate::stats::number::{percent, significant};
+use crate::stats::number::{about, significant};
 use crate::stats::tail::tail_index;
 
 /// How many samples are named.
@@ -120,16 +120,10 @@ pub fn drift(checkpoints: &[CheckpointResult], squared: bool) -> Option<Interval
         c.spp as f64 >= last.sqrt() && c.refused.is_none() && c.metrics[0].values.iter().all(fine)
     };
     let usable: Vec<_> = checkpoints.iter().filter(usable).collect();
-    let replicates = usable.first()?.seconds.len();
-    if usable.len() < 3 || replicates < 2 || usable.iter().any(|c| c.seconds.iter().any(|s| *s <= 0.0)) {
+    if usable.iter().any(|c| c.seconds.iter().any(|s| *s <= 0.0)) {
         return None;
     }
-    let slopes: Vec<f64> = (0..replicates)
-        .map(|r| {
-            let merit = |c: &&CheckpointResult| -(error2(c.metrics[0].values[r]) * c.seconds[r]).ln();
-            super::curve::least_squares(&usable.iter().map(|c| ((c.spp as f64).ln(), merit(c))).collect::<Vec<_>>())
-        })
-        .collect();
+    let slopes = slopes(&usable, |c, r| -(error2(c.metrics[0].values[r]) * c.seconds[r]).ln())?;
     Some(mean_interval(&slopes, CONFIDENCE))
 }
 
@@ -168,7 +162,7 @@ impl Health {
         if self.unseen_share() < rests_on.limit() {
             return None;
         }
-        let share = percent(round(self.largest_share));
+        let share = about(self.largest_share);
         Some(match self.tail_index {
             Some([k, error]) if k > 0.0 => {
                 let (k, error) = (significant(k, 2), significant(error, 1));
@@ -182,31 +176,28 @@ impl Health {
 
     /// In few words: "good", or what is wrong.
     pub fn word(&self) -> String {
-        let flags = [
-            (self.distrust(RestsOn::Variance).is_some(), "heavy tail"),
-            (self.variance_of_variance.sqrt() > UNSURE, "variance unsure"),
-            (self.drift.and_then(|d| d.upper).is_some_and(|u| u < DRIFT), "merit falls"),
-        ];
-        let found: Vec<_> = flags.iter().filter(|f| f.0).map(|f| f.1).collect();
+        let found: Vec<_> = self.findings().into_iter().map(|f| f.0).collect();
         if found.is_empty() { "good".into() } else { found.join(", ") }
     }
 
     /// What is doubtful, each in a sentence; empty where all is well.
-    pub fn doubts(&self) -> Vec<String> {
-        let mut doubts = Vec::new();
-        doubts.extend(self.distrust(RestsOn::Variance).map(|d| format!("{d}: σ/√N is not to be relied on")));
-        let error = self.variance_of_variance.sqrt();
-        if error > UNSURE {
-            doubts.push(format!("the variance is known to ± {} only", percent(round(error))));
-        }
-        if let Some(upper) = self.drift.and_then(|d| d.upper).filter(|&u| u < DRIFT) {
-            doubts.push(format!("the figure of merit falls as N to the power {} or faster", significant(upper, 2)));
-        }
-        doubts
+    pub fn doubts(&self) -> impl Iterator<Item = String> {
+        self.findings().into_iter().map(|f| f.1)
     }
-}
 
-/// To two digits.
-fn round(x: f64) -> f64 {
-    format!("{x:.1e}").parse().unwrap_or(x)
+    /// What is doubtful: in two words, and in a sentence.
+    fn findings(&self) -> Vec<(&'static str, String)> {
+        let tail = self.distrust(RestsOn::Variance);
+        let error = self.variance_of_variance.sqrt();
+        let falls = self.drift.and_then(|d| d.upper).filter(|&u| u < DRIFT);
+        let findings = [
+            tail.map(|t| ("heavy tail", format!("{t}: σ/√N is not to be relied on"))),
+            (error > UNSURE).then(|| ("variance unsure", format!("the variance is known to ± {} only", about(error)))),
+            falls.map(|upper| {
+                let power = significant(upper, 2);
+                ("merit falls", format!("the figure of merit falls as N to the power {power} or faster"))
+            }),
+        ];
+        findings.into_iter().flatten().collect()
+    }
 }

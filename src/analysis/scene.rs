@@ -8,8 +8,8 @@ use crate::error::Result;
 use crate::estimator::Shape;
 use crate::moments::cell::Checkpoint;
 use crate::record::{
-    CheckpointResult, Dependence, Interval, Jackknifed, MetricResult, NonFinite, ProbeResult, StrategyResult,
-    VarianceRatio,
+    CheckpointResult, Dependence, Interval, Jackknifed, MetricResult, NonFinite, ProbeResult, ReferenceResult,
+    StrategyResult, VarianceRatio,
 };
 use crate::sampling::Strategy;
 use crate::stats::interval::{median_interval, quantile};
@@ -38,14 +38,24 @@ impl Reference {
         Self { mean, variance, ..*self }
     }
 
-    /// Mean over all values.
-    pub fn field_mean(&self) -> f64 {
-        self.mean.iter().sum::<f64>() / self.mean.len() as f64
-    }
-
-    /// Standard error of that: values are independent of one another.
-    pub fn field_error(&self) -> f64 {
-        self.variance.iter().sum::<f64>().sqrt() / self.mean.len() as f64
+    /// What the record says of it, in units of the headline metric; values are independent of one another.
+    pub fn describe(
+        &self,
+        headline: Metric,
+        description: String,
+        seconds: Option<f64>,
+        image: Option<String>,
+    ) -> ReferenceResult {
+        let values = self.mean.len() as f64;
+        ReferenceResult {
+            description,
+            mean: self.mean.iter().sum::<f64>() / values,
+            mean_std_error: self.variance.iter().sum::<f64>().sqrt() / values,
+            mean_degrees: self.replicates.map(|r| f64::from(r) - 1.0),
+            variance: headline.reference_share(&self.mean, &self.variance),
+            seconds,
+            image,
+        }
     }
 }
 
@@ -106,10 +116,8 @@ pub struct Subject {
     pub setup_seconds: f64,
 }
 
-/// A strategy's results, and its per-value variance per sample for ratios with other strategies.
-pub struct Analysed {
-    /// What goes into the record.
-    pub result: StrategyResult,
+/// What is known of every value, for images and for ratios with other strategies.
+pub struct Fields {
     /// Variance per sample of every value: from samples where they are independent, else N·variance of replicate means.
     pub variance: Vec<f64>,
     /// Mean over replicates at the last checkpoint.
@@ -126,7 +134,7 @@ pub fn analyse(
     settings: &Settings<'_>,
     reference: &Reference,
     load: impl Fn(u32, u64) -> Result<Checkpoint>,
-) -> Result<Analysed> {
+) -> Result<(StrategyResult, Fields)> {
     let weights: Vec<f64> = reference.mean.iter().map(|&r| weight(r)).collect();
     let shares: Vec<f64> =
         settings.metrics.iter().map(|m| m.reference_share(&reference.mean, &reference.variance)).collect();
@@ -142,8 +150,7 @@ pub fn analyse(
         last = loaded;
     }
     let n = settings.checkpoints.last().copied().unwrap_or(1);
-    let spread = spread(&last, &weights, n, subject.dependence);
-    let statistic = spread.statistic;
+    let (statistic, dispersion, fields) = spread(&last, &weights, n, subject.dependence);
     let relative_variance = jackknife(statistic.all, &statistic.without, CONFIDENCE);
     let squared = settings.metrics[0].squared();
     let slope = slope(&checkpoints, squared).filter(|_| settings.metrics[0].converges_to_zero());
@@ -173,20 +180,14 @@ pub fn analyse(
         variance_ratio: None,
         cost,
         means: last.iter().map(|c| c.mean.iter().sum::<f64>() / c.mean.len() as f64).collect(),
-        dispersion: spread.dispersion,
+        dispersion,
         largest_deviation: largest_deviation(&last, reference),
         health: health(&last, n, &weights, origin, drift),
         probes,
         non_finite: non_finite(&last),
         image: None,
     };
-    Ok(Analysed {
-        result,
-        variance: spread.variance,
-        mean: spread.mean,
-        std_error: spread.std_error,
-        sample_variance: spread.sample_variance,
-    })
+    Ok((result, fields))
 }
 
 fn checkpoint(
@@ -226,24 +227,41 @@ fn checkpoint(
 
 /// Upper bound of the mean error over replicates, in the root of the headline metric, with one-sided confidence; `None`
 /// where there is none, or the reference is too noisy to judge.
-pub fn headline_bound(metric: Metric, loaded: &[Checkpoint], reference: &Reference, confidence: f64) -> Option<f64> {
-    let share = metric.reference_share(&reference.mean, &reference.variance);
-    let values: Vec<f64> = loaded.iter().map(|c| metric.measure(&c.mean, &reference.mean, share).value).collect();
-    let mean = mean_interval(&values, 2.0 * confidence - 1.0);
-    let judged = !metric.squared() || share <= REFERENCE_LIMIT * (mean.estimate + share);
-    let upper = mean.upper.filter(|_| judged)?;
-    Some(if metric.squared() { upper.max(0.0).sqrt() } else { upper })
+pub fn headline_bound(
+    metrics: &[Metric],
+    loaded: &[Checkpoint],
+    reference: &Reference,
+    confidence: f64,
+) -> Option<f64> {
+    let mean = |metric: Metric| {
+        let share = metric.reference_share(&reference.mean, &reference.variance);
+        let values: Vec<f64> = loaded.iter().map(|c| metric.measure(&c.mean, &reference.mean, share).value).collect();
+        (mean_interval(&values, 2.0 * confidence - 1.0), share)
+    };
+    let headline = metrics.first()?;
+    let too_noisy = judge(metrics).map(|i| mean(metrics[i])).is_some_and(|(m, share)| is_too_noisy(share, m.estimate));
+    let upper = mean(*headline).0.upper.filter(|_| !too_noisy)?;
+    Some(if headline.squared() { upper.max(0.0).sqrt() } else { upper })
 }
 
-/// Why the reference cannot judge a checkpoint, if so. Its share is known in squares only; the other metrics are judged
-/// by the first of these.
+/// The metric that tells whether the reference can judge an error: the first square, whose share of the reference is known.
+fn judge(metrics: &[Metric]) -> Option<usize> {
+    metrics.iter().position(|m| m.squared())
+}
+
+/// Whether the reference's own variance makes up too much of a square, of which it was subtracted.
+fn is_too_noisy(share: f64, corrected: f64) -> bool {
+    share > REFERENCE_LIMIT * (corrected + share)
+}
+
+/// Why the reference cannot judge a checkpoint, if so.
 fn refusal(metrics: &[MetricResult], settings: &Settings<'_>, shares: &[f64]) -> Option<String> {
-    let judge = settings.metrics.iter().position(|m| m.squared())?;
-    let uncorrected = metrics[judge].mean.estimate + shares[judge];
-    (shares[judge] > REFERENCE_LIMIT * uncorrected).then(|| {
+    let judge = judge(settings.metrics)?;
+    let (share, corrected) = (shares[judge], metrics[judge].mean.estimate);
+    is_too_noisy(share, corrected).then(|| {
         format!(
             "the reference's own variance is {:.0} % of the measured {} (limit {:.0} %)",
-            100.0 * shares[judge] / uncorrected,
+            100.0 * share / (corrected + share),
             settings.metrics[judge].info().name,
             100.0 * REFERENCE_LIMIT
         )
@@ -265,19 +283,14 @@ fn largest_deviation(last: &[Checkpoint], reference: &Reference) -> f64 {
     if size > 0.0 { largest / size } else { largest }
 }
 
-struct Spread {
-    /// Relative variance per sample.
-    statistic: Jackknifed,
-    /// See [`StrategyResult::dispersion`].
-    dispersion: Option<Jackknifed>,
-    variance: Vec<f64>,
-    mean: Vec<f64>,
-    std_error: Vec<f64>,
-    sample_variance: Vec<f64>,
-}
-
-/// Variance per sample, from samples where they are independent, else from replicates.
-fn spread(last: &[Checkpoint], weights: &[f64], n: u64, dependence: Dependence) -> Spread {
+/// Relative variance per sample, from samples where they are independent, else from replicates;
+/// [`StrategyResult::dispersion`]; and what they come from.
+fn spread(
+    last: &[Checkpoint],
+    weights: &[f64],
+    n: u64,
+    dependence: Dependence,
+) -> (Jackknifed, Option<Jackknifed>, Fields) {
     let r = last.len() as f64;
     let values = weights.len();
     let average = |pick: fn(&Checkpoint) -> &Vec<f64>| -> Vec<f64> {
@@ -298,25 +311,25 @@ fn spread(last: &[Checkpoint], weights: &[f64], n: u64, dependence: Dependence) 
         Dependence::Independent => (of_samples, sample_variance.clone()),
         _ => (of_means, between_variance.iter().map(|v| v * n as f64).collect()),
     };
-    Spread { statistic, dispersion, variance, mean, std_error, sample_variance }
+    (statistic, dispersion, Fields { variance, mean, std_error, sample_variance })
 }
 
 /// Fills in the ratios with the first strategy; left out where they are 0/0 or without bound.
-pub fn compare_with_first(analysed: &mut [Analysed]) {
-    let Some((first, others)) = analysed.split_first_mut() else { return };
-    for other in others {
-        let ratios: Vec<f64> = other
+pub fn compare_with_first(analysed: &mut [(StrategyResult, Fields)]) {
+    let Some(((first, first_fields), others)) = analysed.split_first_mut() else { return };
+    for (other, fields) in others {
+        let ratios: Vec<f64> = fields
             .variance
             .iter()
-            .zip(&first.variance)
+            .zip(&first_fields.variance)
             .filter(|(a, b)| **a > 0.0 && **b > 0.0)
             .map(|(a, b)| a / b)
             .collect();
         let quantiles = (!ratios.is_empty()).then(|| [0.05, 0.25, 0.5, 0.75, 0.95].map(|q| quantile(&ratios, q)));
         let defined = |ratio: Interval| ratio.estimate.is_finite().then_some(ratio);
-        other.result.efficiency_ratio = defined(efficiency_ratio(&other.result, &first.result, CONFIDENCE));
-        let ratio = defined(variance_ratio(&other.result, &first.result, CONFIDENCE));
-        other.result.variance_ratio = ratio.map(|ratio| VarianceRatio { ratio, quantiles });
+        other.efficiency_ratio = defined(efficiency_ratio(other, first, CONFIDENCE));
+        let ratio = defined(variance_ratio(other, first, CONFIDENCE));
+        other.variance_ratio = ratio.map(|ratio| VarianceRatio { ratio, quantiles });
     }
 }
 

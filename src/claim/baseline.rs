@@ -1,10 +1,10 @@
 //! Comparison with an earlier run: variance first, cost second, bias apart. Each is a claim like any other, so that noise is
 //! told from regression.
 
-use super::measure::{Measure, Narrows, difference};
+use super::measure::{Measure, Narrows, PAIRED, difference};
 use super::{Claim, Kind};
 use crate::analysis::efficiency::quotient;
-use crate::record::{ClaimResult, Jackknifed, Record, SceneResult, StrategyResult};
+use crate::record::{ClaimResult, Record, SceneResult, StrategyResult};
 use crate::stats::interval::Uncertain;
 use crate::stats::number::percent;
 
@@ -32,6 +32,9 @@ pub fn compare(now: &Record, before: &Record, tolerance: f64) -> Result<Vec<Clai
             if class(&strategy.device) != class(&earlier.device) {
                 return Err(format!("{name}: it ran on {}, now on {}", earlier.device, strategy.device));
             }
+            if strategy.identity != earlier.identity {
+                return Err(format!("{name}: the scene, the driver or the traversal is another one"));
+            }
             let same_samples = now.provenance.seed == before.provenance.seed;
             results.extend(judge(scene, strategy, earlier, same_samples, tolerance));
         }
@@ -54,9 +57,6 @@ fn comparable(now: &SceneResult, before: &SceneResult) -> Result<(), String> {
     }
     if now.max_depth != before.max_depth {
         return Err(format!("{name}: its paths have other lengths"));
-    }
-    if (now.reference.mean / before.reference.mean - 1.0).abs() > 0.05 {
-        return Err(format!("{name}: its reference has another mean; the scene has changed"));
     }
     Ok(())
 }
@@ -82,45 +82,40 @@ fn judge(
         scene: None,
         region: None,
     };
-    let measure = |u: Option<Uncertain>, logarithmic: bool, remark: Option<String>| {
-        let none = Uncertain { value: f64::NAN, error: 0.0, degrees: f64::INFINITY };
-        let known = u.unwrap_or(none);
-        Measure {
-            interval: if logarithmic { known.exp_interval(CONFIDENCE) } else { known.interval(CONFIDENCE) },
-            logarithmic,
+    let judged = |claim: Claim, found: Option<Uncertain>, remark: Option<String>| {
+        let known = found.unwrap_or(Uncertain { value: f64::NAN, error: 0.0, degrees: f64::INFINITY });
+        let measure = Measure {
+            interval: if claim.kind.is_ratio() { known.exp_interval(CONFIDENCE) } else { known.interval(CONFIDENCE) },
             degrees: known.degrees,
             narrows: Narrows::WithReplicates,
             replicates: now.means.len() as u32,
             seconds: now.checkpoints.last().map_or(0.0, |c| c.seconds.iter().sum()),
             abscissa: scene.abscissa.clone(),
-            doubt: u.is_none().then(|| "one of the two has too few replicates".to_owned()),
+            doubt: found.is_none().then(|| "one of the two has too few replicates".to_owned()),
             remark,
-        }
+        };
+        claim.judge_measure(&scene.name, &measure)
     };
-    let moved = difference(now, Some(before), &scene.reference);
-    let (moved, remark) = moved.map_or((None, None), |(u, remark)| (Some(u), remark.filter(|_| same_samples)));
+    let paired = same_samples.then(|| PAIRED.to_owned());
     vec![
-        claim(Kind::VarianceRatio, "more variance", None)
-            .judge_measure(&scene.name, &measure(variance_ratio(now, before, same_samples), true, None)),
-        claim(Kind::CostRatio, "more seconds per sample", None)
-            .judge_measure(&scene.name, &measure(time_ratio(now, before), true, None)),
-        claim(Kind::Agrees, "another mean", Some(0.1 * tolerance))
-            .judge_measure(&scene.name, &measure(moved, false, remark)),
+        judged(claim(Kind::VarianceRatio, "more variance", None), variance_ratio(now, before, same_samples), None),
+        judged(claim(Kind::CostRatio, "more seconds per sample", None), time_ratio(now, before), None),
+        judged(
+            claim(Kind::Agrees, "another mean", Some(0.1 * tolerance)),
+            difference(now, before, same_samples),
+            paired,
+        ),
     ]
 }
 
 /// log of the ratio of variances; paired where both drew the same random numbers.
 fn variance_ratio(now: &StrategyResult, before: &StrategyResult, same_samples: bool) -> Option<Uncertain> {
-    let of = |s: &StrategyResult| Jackknifed {
-        all: s.relative_variance.estimate,
-        without: s.relative_variance_without.clone(),
-    };
-    let (a, b) = (of(now), of(before));
+    let (a, b) = (now.variance_statistic(), before.variance_statistic());
     if same_samples && a.without.len() == b.without.len() {
         let ratio = quotient(&a, &b);
         return Uncertain::log_jackknife(ratio.all, &ratio.without);
     }
-    Some(Uncertain::log_jackknife(a.all, &a.without)?.minus(Uncertain::log_jackknife(b.all, &b.without)?))
+    Uncertain::log_ratio((a.all, &a.without), (b.all, &b.without))
 }
 
 /// log of the ratio of seconds per sample. The runs did not take turns: what the machine did between them is not in the error.

@@ -2,17 +2,16 @@
 
 use super::{Claim, Equal, Kind};
 use crate::analysis::cost::Curve;
-use crate::analysis::efficiency::time_ratio;
+use crate::analysis::curve::common_spp;
+use crate::analysis::efficiency::{time_ratio, within};
 use crate::analysis::{efficiency_ratio, variance_ratio};
 use crate::record::{CheckpointResult, Dependence, Interval, ReferenceResult, SceneResult, StrategyResult};
 use crate::stats::Metric;
-use crate::stats::interval::{Uncertain, binomial_interval, student_t, without_bounds};
+use crate::stats::interval::{Uncertain, binomial_interval, without_bounds};
 
 /// A measured quantity.
 pub(super) struct Measure {
     pub interval: Interval,
-    /// Whether its error is about even in the logarithm (ratios) rather than in the quantity.
-    pub logarithmic: bool,
     /// Degrees of freedom of the interval.
     pub degrees: f64,
     pub narrows: Narrows,
@@ -34,25 +33,6 @@ pub(super) enum Narrows {
     WithSamples(u64),
     /// More replicates only.
     WithReplicates,
-}
-
-impl Measure {
-    /// Standard error on the scale where it is even, and its degrees of freedom; `None` without bounds.
-    pub(super) fn spread(&self) -> Option<(f64, f64)> {
-        let (lower, upper) = (self.on_scale(self.interval.lower?), self.on_scale(self.interval.upper?));
-        let error = (upper - lower) / 2.0 / student_t(self.interval.confidence, self.degrees);
-        (error.is_finite() && error > 0.0).then_some((error, self.degrees))
-    }
-
-    /// The quantity on the scale where its error is even.
-    pub(super) fn on_scale(&self, x: f64) -> f64 {
-        if self.logarithmic { x.ln() } else { x }
-    }
-
-    /// The inverse.
-    pub(super) fn off_scale(&self, x: f64) -> f64 {
-        if self.logarithmic { x.exp() } else { x }
-    }
 }
 
 impl Claim {
@@ -92,7 +72,6 @@ impl Claim {
         let spent = |s: &StrategyResult| s.checkpoints.last().map_or(0.0, |c| c.seconds.iter().sum());
         Measure {
             interval,
-            logarithmic: self.kind.is_ratio(),
             degrees,
             narrows,
             replicates,
@@ -106,7 +85,6 @@ impl Claim {
     fn nothing(&self, scene: &SceneResult, why: &str, confidence: f64) -> Measure {
         Measure {
             interval: without_bounds(f64::NAN, confidence),
-            logarithmic: self.kind.is_ratio(),
             degrees: f64::INFINITY,
             narrows: Narrows::WithReplicates,
             replicates: 0,
@@ -139,8 +117,13 @@ impl Claim {
             Kind::ErrorRatio => self.error_ratio(of, other()?, metric).map(ratio),
             Kind::TimeToErrorRatio => self.time_to_error_ratio(of, other()?, metric).map(ratio),
             Kind::Unbiased | Kind::Agrees => {
-                let (difference, remark) = difference(of, to, reference).ok_or_else(few)?;
-                Ok((difference.interval(confidence), difference.degrees, remark))
+                let paired = to.is_some_and(|to| of.strategy == to.strategy);
+                let difference = match to {
+                    Some(to) => difference(of, to, paired),
+                    None => bias(of, reference),
+                };
+                let (interval, degrees, _) = linear(difference)?;
+                Ok((interval, degrees, paired.then(|| PAIRED.to_owned())))
             }
             Kind::Slope => linear(of.slope.as_ref().and_then(|s| Uncertain::mean(&s.values))),
             Kind::VarianceOfMean => {
@@ -165,14 +148,15 @@ impl Claim {
     /// log(error of `of` / error of `to`): jackknife of the mean error over replicates.
     fn error_ratio(&self, of: &StrategyResult, to: &StrategyResult, metric: Metric) -> Result<Uncertain, String> {
         let at = match self.equal.unwrap_or_default() {
-            Equal::Spp => At::Spp(common(of, to).ok_or("there is no N at which the reference can judge both errors")?),
+            Equal::Spp => {
+                At::Spp(common_spp([of, to]).ok_or("there is no N at which the reference can judge both errors")?)
+            }
             Equal::Seconds => At::Seconds(quickest(of).min(quickest(to))),
         };
         let part = |s: &StrategyResult| {
             let errors = errors(s, at).filter(|e| e.len() >= 2).ok_or_else(|| below_noise(s))?;
-            let (n, sum) = (errors.len() as f64, errors.iter().sum::<f64>());
-            let without: Vec<f64> = errors.iter().map(|e| (sum - e) / (n - 1.0)).collect();
-            Uncertain::log_jackknife(sum / n, &without).ok_or_else(|| below_noise(s))
+            let mean = within(&errors);
+            Uncertain::log_jackknife(mean.all, &mean.without).ok_or_else(|| below_noise(s))
         };
         let root = if metric.squared() { 0.5 } else { 1.0 };
         Ok(part(of)?.minus(part(to)?).times(root))
@@ -198,28 +182,11 @@ impl Claim {
     }
 }
 
-impl Kind {
-    /// Whether the quantity is a ratio, so that its error is even in the logarithm.
-    pub(super) const fn is_ratio(self) -> bool {
-        match self {
-            Self::VarianceRatio | Self::ErrorRatio | Self::EfficiencyRatio => true,
-            Self::TimeToErrorRatio | Self::CostRatio | Self::VarianceOfMean => true,
-            Self::Unbiased | Self::Agrees | Self::Slope | Self::Exact | Self::Finite => false,
-        }
-    }
-}
-
 /// Where on a curve.
 #[derive(Clone, Copy)]
 enum At {
     Spp(u64),
     Seconds(f64),
-}
-
-/// The largest N at which the reference can judge both.
-fn common(a: &StrategyResult, b: &StrategyResult) -> Option<u64> {
-    let usable = |s: &StrategyResult, n| s.checkpoints.iter().any(|c| c.spp == n && c.refused.is_none());
-    a.checkpoints.iter().rev().map(|c| c.spp).find(|&n| usable(a, n) && usable(b, n))
 }
 
 /// Seconds of a strategy's quickest replicate.
@@ -249,31 +216,30 @@ fn errors(s: &StrategyResult, at: At) -> Option<Vec<f64>> {
     }
 }
 
-/// Relative difference of the means of two strategies, or of one and the reference, with a remark.
-pub(super) fn difference(
-    of: &StrategyResult,
-    to: Option<&StrategyResult>,
-    reference: &ReferenceResult,
-) -> Option<(Uncertain, Option<String>)> {
-    // Absolute where there is nothing to be relative to.
-    let relative = |u: Uncertain, size: f64| if size == 0.0 { u } else { u.times(1.0 / size.abs()) };
-    let of_mean = Uncertain::mean(&of.means)?;
-    match to {
-        None => {
-            let degrees = reference.mean_degrees.unwrap_or(f64::INFINITY);
-            let truth = Uncertain { value: reference.mean, error: reference.mean_std_error, degrees };
-            Some((relative(of_mean.minus(truth), reference.mean), None))
-        }
-        Some(to) => {
-            let size = to.means.iter().sum::<f64>() / to.means.len() as f64;
-            if of.strategy == to.strategy && of.means.len() == to.means.len() {
-                // The same random numbers: only the difference varies.
-                let pairs: Vec<f64> = of.means.iter().zip(&to.means).map(|(a, b)| a - b).collect();
-                return Some((relative(Uncertain::mean(&pairs)?, size), Some("same samples, paired".into())));
-            }
-            Some((relative(of_mean.minus(Uncertain::mean(&to.means)?), size), None))
-        }
-    }
+/// What a sentence says of differences of equal samples.
+pub(super) const PAIRED: &str = "same samples, paired";
+
+/// Relative difference of a strategy's mean from the reference's.
+fn bias(of: &StrategyResult, reference: &ReferenceResult) -> Option<Uncertain> {
+    let degrees = reference.mean_degrees.unwrap_or(f64::INFINITY);
+    let truth = Uncertain { value: reference.mean, error: reference.mean_std_error, degrees };
+    Some(relative(Uncertain::mean(&of.means)?.minus(truth), truth.value))
+}
+
+/// Relative difference of the means of two strategies; `paired`: they drew the same random numbers, so only the difference
+/// varies.
+pub(super) fn difference(of: &StrategyResult, to: &StrategyResult, paired: bool) -> Option<Uncertain> {
+    let (a, b) = (Uncertain::mean(&of.means)?, Uncertain::mean(&to.means)?);
+    let difference = match paired && of.means.len() == to.means.len() {
+        true => Uncertain::mean(&of.means.iter().zip(&to.means).map(|(a, b)| a - b).collect::<Vec<_>>())?,
+        false => a.minus(b),
+    };
+    Some(relative(difference, b.value))
+}
+
+/// Over a size; absolute where there is nothing to be relative to.
+fn relative(u: Uncertain, size: f64) -> Uncertain {
+    if size == 0.0 { u } else { u.times(1.0 / size.abs()) }
 }
 
 /// Rate of samples that are not finite.

@@ -6,8 +6,9 @@ mod sentence;
 
 use crate::analysis::health::RestsOn;
 use crate::record::{ClaimResult, Interval, SceneResult, Verdict};
-use crate::stats::Metric;
+use crate::stats::number::significant;
 use crate::stats::power::{detectable, factor};
+use crate::stats::{Metric, student_t};
 use measure::{Measure, Narrows};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -108,6 +109,25 @@ impl Kind {
             Self::Unbiased => None,
             Self::Slope | Self::VarianceOfMean | Self::Exact | Self::Finite => Some(false),
         }
+    }
+
+    /// Whether the quantity is a ratio, so that its error is about even in the logarithm.
+    const fn is_ratio(self) -> bool {
+        match self {
+            Self::VarianceRatio | Self::ErrorRatio | Self::EfficiencyRatio => true,
+            Self::TimeToErrorRatio | Self::CostRatio | Self::VarianceOfMean => true,
+            Self::Unbiased | Self::Agrees | Self::Slope | Self::Exact | Self::Finite => false,
+        }
+    }
+
+    /// The quantity on the scale where its error is even.
+    fn on_scale(self, x: f64) -> f64 {
+        if self.is_ratio() { x.ln() } else { x }
+    }
+
+    /// The inverse.
+    fn off_scale(self, x: f64) -> f64 {
+        if self.is_ratio() { x.exp() } else { x }
     }
 
     /// Whether a margin takes the place of thresholds.
@@ -223,10 +243,10 @@ impl Claim {
             interval: measure.interval,
             verdict,
             sentence: String::new(),
-            detectable: measure
-                .spread()
+            detectable: self
+                .error(measure)
                 .filter(|_| self.kind.has_power())
-                .map(|(error, degrees)| measure.off_scale(detectable(error, degrees, confidence, POWER))),
+                .map(|error| self.kind.off_scale(detectable(error, measure.degrees, confidence, POWER))),
             open,
         };
         ClaimResult { sentence: self.sentence(&result, measure), ..result }
@@ -256,19 +276,27 @@ impl Claim {
         }
     }
 
+    /// Standard error on the scale where it is even; `None` without bounds or doubt.
+    fn error(&self, measure: &Measure) -> Option<f64> {
+        let i = &measure.interval;
+        let width = self.kind.on_scale(i.upper?) - self.kind.on_scale(i.lower?);
+        let error = width / 2.0 / student_t(i.confidence, measure.degrees);
+        (error.is_finite() && error > 0.0).then_some(error)
+    }
+
     /// What would decide a claim whose interval straddles a threshold, if the estimate is about right.
     fn would_decide(&self, measure: &Measure) -> String {
         let straddles = "the interval straddles the threshold";
-        let Some((error, degrees)) = measure.spread() else { return straddles.into() };
-        let estimate = measure.on_scale(measure.interval.estimate);
+        let Some(error) = self.error(measure) else { return straddles.into() };
+        let estimate = self.kind.on_scale(measure.interval.estimate);
         // Supporting a claim with two thresholds takes both.
         let distance = self
             .thresholds()
             .into_iter()
             .filter(|t| t.is_finite())
-            .map(|t| (estimate - measure.on_scale(t)).abs())
+            .map(|t| (estimate - self.kind.on_scale(t)).abs())
             .fold(f64::INFINITY, f64::min);
-        let times = factor(distance, error, degrees, measure.interval.confidence, POWER).map(|f| f.max(1.0));
+        let times = factor(distance, error, measure.degrees, measure.interval.confidence, POWER).map(|f| f.max(1.0));
         match times.filter(|&f| f <= MOST) {
             None => format!("{straddles}, and the estimate lies on it: no budget would decide"),
             Some(times) => {
@@ -278,7 +306,7 @@ impl Claim {
                         format!("{} replicates", round_up(times * f64::from(measure.replicates)))
                     }
                 };
-                let seconds = crate::stats::number::significant(times * measure.seconds, 2);
+                let seconds = significant(times * measure.seconds, 2);
                 format!("{straddles}; {budget}, {seconds} s of sampling, would probably decide")
             }
         }

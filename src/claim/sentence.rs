@@ -2,11 +2,11 @@
 
 use super::{Claim, Equal, Kind, measure::Measure};
 use crate::record::{ClaimResult, Interval};
-use crate::stats::number::{confidence, percent, range, significant};
+use crate::stats::number::{about, confidence, percent, range, significant};
 
 impl Claim {
-    /// "99 % confident: mis has 0.21 to 0.24 times the variance of importance at equal spp (claimed: at most 0.5; this run
-    /// could have seen a factor of 1.08 beyond it)".
+    /// "99 % confident: mis has 0.21 to 0.24 times the variance of importance at equal spp (claimed: at most 0.5; 3.8 %
+    /// beyond that would have been seen with probability 0.9)".
     pub(super) fn sentence(&self, result: &ClaimResult, measure: &Measure) -> String {
         let mut notes = vec![self.claimed()];
         notes.extend(measure.remark.clone());
@@ -92,8 +92,8 @@ impl Claim {
     /// What this run could have seen.
     fn detected(&self, effect: f64) -> String {
         let effect = match self.kind {
-            _ if self.kind.has_margin() => percent(rounded(effect)),
-            _ if self.kind.is_ratio() && effect < 1.1 => percent(rounded(effect - 1.0)),
+            _ if self.kind.has_margin() => about(effect),
+            _ if self.kind.is_ratio() && effect < 1.1 => about(effect - 1.0),
             _ if self.kind.is_ratio() => format!("a factor of {}", significant(effect, 2)),
             _ => significant(effect, 2),
         };
@@ -104,8 +104,4 @@ impl Claim {
 /// A threshold as the author wrote it, but not in many zeros.
 fn plain(x: f64) -> String {
     if x == 0.0 || (1e-4..1e7).contains(&x.abs()) { x.to_string() } else { significant(x, 3) }
-}
-
-fn rounded(x: f64) -> f64 {
-    format!("{x:.1e}").parse().unwrap_or(x)
 }

@@ -42,7 +42,7 @@ pub(super) struct Settings {
     traversal: Traversal,
     /// No progress and no notes on stderr.
     #[arg(long)]
-    pub(super) quiet: bool,
+    quiet: bool,
 }
 
 impl Settings {
@@ -51,31 +51,33 @@ impl Settings {
         use_threads(self.threads)
     }
 
-    /// Runs one experiment; `judged` may add verdicts before the record and its report are written to the folder.
-    pub(super) fn run(&self, path: &Path, judged: impl FnOnce(&mut Record) -> Result<()>) -> Result<(Record, PathBuf)> {
+    /// Runs one experiment; its record and images are in the folder then, the report not yet.
+    pub(super) fn measure(&self, path: &Path) -> Result<(Record, PathBuf)> {
         let (parsed, text) = experiment::load::load(path, &self.overrides)?;
         let plan = experiment::plan::plan(&parsed, path, text, &self.device, self.traversal)?;
         if !self.quiet {
             plan.devices.iter().for_each(|d| eprintln!("device: {}, because {}", d.name, d.reason));
         }
         let options = Options { out: self.out.clone(), fresh: self.fresh, quiet: self.quiet };
-        let (mut record, reuse) = crate::run::run(&plan, &options).inspect_err(|e| {
+        let (record, reuse) = crate::run::run(&plan, &options).inspect_err(|e| {
             if matches!(e, Error::Device { .. }) {
                 eprintln!("rootn: everything computed so far is kept, the same command continues");
             }
         })?;
-        let folder = self.out.join(&record.name);
-        let verdicts = record.claims.len();
-        judged(&mut record)?;
-        if record.claims.len() > verdicts {
-            record.save(&folder)?;
-        }
-        report::write(&record, &folder)?;
         if !self.quiet {
             eprintln!("{} checkpoints computed, {} reused", reuse.computed, reuse.reused);
+        }
+        let folder = self.out.join(&record.name);
+        Ok((record, folder))
+    }
+
+    /// Writes the report of a record into its folder.
+    pub(super) fn report(&self, record: &Record, folder: &Path) -> Result<()> {
+        report::write(record, folder)?;
+        if !self.quiet {
             eprintln!("report: {}", folder.join("report.html").display());
         }
-        Ok((record, folder))
+        Ok(())
     }
 }
 
@@ -83,7 +85,8 @@ impl Run {
     pub(super) fn execute(self) -> Result<()> {
         self.settings.use_threads()?;
         for path in &self.settings.experiments {
-            let (record, _) = self.settings.run(path, |_| Ok(()))?;
+            let (record, folder) = self.settings.measure(path)?;
+            self.settings.report(&record, &folder)?;
             match self.json {
                 true => print(&(serde_json::to_string_pretty(&record).expect("plain data") + "\n"))?,
                 false => print(&report::console(&record))?,

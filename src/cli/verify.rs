@@ -65,14 +65,16 @@ impl Verify {
     }
 
     fn verify(&self, path: &Path) -> Result<Record> {
-        let (record, folder) = self.settings.run(path, |record| {
-            if let Some(dir) = &self.baseline {
-                let verdicts = self.compare(path, record, dir)?;
-                record.claims.extend(verdicts);
-            }
-            Ok(())
-        })?;
+        let (mut record, folder) = self.settings.measure(path)?;
+        let compared = self.baseline.as_ref().map(|dir| self.compare(path, &record, dir)).transpose();
+        if let Ok(Some(verdicts)) = &compared {
+            record.claims.extend_from_slice(verdicts);
+            record.save(&folder)?;
+        }
+        self.settings.report(&record, &folder)?;
         write_atomically(&folder.join("junit.xml"), report::junit(&record).as_bytes())?;
+        // A baseline that does not fit takes nothing from what was measured.
+        compared?;
         if let Some(dir) = &self.save_baseline {
             record.save(&dir.join(&record.name))?;
         }

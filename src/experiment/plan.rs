@@ -34,7 +34,7 @@ pub fn plan(
             Some(integrand) => integrand_scene(experiment, entry, integrand, path, &text)?,
             None => rendered_scene(experiment, entry, (path, &text), (device, traversal, &mut taken), &mut warnings)?,
         };
-        check_probes(experiment, &scene, path, &text)?;
+        check_pixels(experiment, &scene, path, &text)?;
         check_distinct(&scene, path, &text)?;
         scenes.push(scene);
     }
@@ -59,8 +59,19 @@ pub fn plan(
     })
 }
 
-fn check_probes(experiment: &Experiment, scene: &PlannedScene<'_>, path: &Path, text: &str) -> Result<()> {
+/// Probes and regions lie on the film.
+fn check_pixels(experiment: &Experiment, scene: &PlannedScene<'_>, path: &Path, text: &str) -> Result<()> {
     let shape = scene.contenders[0].estimator.shape();
+    for (i, claim) in experiment.claim.iter().enumerate().filter(|(_, c)| c.speaks_of(&scene.name)) {
+        if let Some([x0, y0, x1, y1]) =
+            claim.region.filter(|r| r[2] as usize > shape.width || r[3] as usize > shape.height)
+        {
+            let (w, h, name) = (shape.width, shape.height, &scene.name);
+            let message =
+                format!("region [{x0}, {y0}, {x1}, {y1}] ends outside the film of {w} × {h} pixels of {name}");
+            return fail_at(path, text, &["claim", &i.to_string(), "region"], message);
+        }
+    }
     let outside = |p: &&[u32; 2]| p[0] as usize >= shape.width || p[1] as usize >= shape.height;
     match experiment.probes.iter().find(outside) {
         Some([x, y]) => fail_at(

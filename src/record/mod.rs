@@ -211,6 +211,13 @@ pub struct StrategyResult {
     pub image: Option<String>,
 }
 
+impl StrategyResult {
+    /// The relative variance per sample as a statistic over replicates.
+    pub(crate) fn variance_statistic(&self) -> Jackknifed {
+        Jackknifed { all: self.relative_variance.estimate, without: self.relative_variance_without.clone() }
+    }
+}
+
 /// A statistic over replicates with its leave-one-out values, from which intervals are made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Jackknifed {

@@ -1,12 +1,13 @@
 //! `report.html`: one file with everything in it, for a browser without network or JavaScript.
 
-use super::table::{between, common_spp, scene_table, word};
+use super::table::{between, scene_table, word};
 use super::{Figure, Headline, plain};
 use crate::analysis::cost::PREDICTION;
+use crate::analysis::curve::common_spp;
 use crate::record::{
     ClaimResult, Dependence, DeviceNote, Forecast, MetricInfo, Record, SceneResult, StrategyResult, Verdict,
 };
-use crate::stats::number::{confidence, format_interval, percent, significant};
+use crate::stats::number::{about, confidence, format_interval, percent, significant};
 use serde::Serialize;
 
 /// The page around the results. Its name ends in `.html`, so that every value is escaped.
@@ -157,7 +158,7 @@ fn grid(title: &str, caption: &str, columns: &[&str], rows: impl Iterator<Item =
 
 /// Every metric at the largest N that all strategies share.
 fn metrics(record: &Record, scene: &SceneResult) -> Grid {
-    let spp = common_spp(scene);
+    let spp = common_spp(&scene.strategies);
     let columns: Vec<_> = record.metrics.iter().flat_map(|m| [m.name.as_str(), "without the largest 0.1 %"]).collect();
     let row = |s: &StrategyResult| {
         let point = s.checkpoints.iter().find(|c| Some(c.spp) == spp)?;
@@ -252,13 +253,13 @@ fn health(scene: &SceneResult) -> Grid {
         Some(vec![
             plain(&s.name),
             h.word(),
-            format!("± {}", percent(round(h.variance_of_variance.sqrt()))),
+            format!("± {}", about(h.variance_of_variance.sqrt())),
             tail.unwrap_or_else(|| "–".into()),
-            percent(round(h.largest_share)),
-            percent(round(h.unseen_share())),
-            percent(round(h.top_share)),
+            about(h.largest_share),
+            about(h.unseen_share()),
+            about(h.top_share),
             h.drift.map_or_else(|| "–".into(), |d| format_interval(&d, "")),
-            percent(round(h.zero_fraction)),
+            about(h.zero_fraction),
         ])
     };
     let caption = "The checks of MCNP and Geant4 on the samples behind every figure. Variance known to: its relative standard \
@@ -286,7 +287,7 @@ fn largest(scene: &SceneResult) -> Grid {
         s.health.iter().flat_map(|h| h.largest.iter().take(3)).map(|l| {
             let [x, y] = l.pixel;
             let place = [format!("{x}, {y}"), l.channel.to_string(), l.replicate.to_string(), l.sample.to_string()];
-            let figures = [significant(l.value, 4), percent(round(l.share))];
+            let figures = [significant(l.value, 4), about(l.share)];
             std::iter::once(plain(&s.name)).chain(place).chain(figures).collect()
         })
     });
@@ -294,11 +295,6 @@ fn largest(scene: &SceneResult) -> Grid {
                    traces them again, vertex by vertex.";
     let columns = ["pixel", "channel", "replicate", "sample", "value", "share of the variance"];
     grid("Largest samples", caption, &columns, rows)
-}
-
-/// To two digits.
-fn round(x: f64) -> f64 {
-    format!("{x:.1e}").parse().unwrap_or(x)
 }
 
 /// What each strategy is.

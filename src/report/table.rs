@@ -2,6 +2,7 @@
 
 use super::{Figure, Headline, plain};
 use crate::analysis::cost::PREDICTION;
+use crate::analysis::curve::common_spp;
 use crate::record::{ClaimResult, Forecast, Interval, Record, SceneResult, StrategyResult, Verdict};
 use crate::stats::number::{format_half_width, format_interval, percent, range, significant};
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle, presets};
@@ -26,7 +27,7 @@ const NONE: &str = "–";
 /// The table of one scene.
 pub(super) fn scene_table(record: &Record, scene: &SceneResult) -> SceneTable {
     let headline = Headline::of(record);
-    let spp = common_spp(scene);
+    let spp = common_spp(&scene.strategies);
     let target = nearest_target(scene);
     let at = spp.map_or_else(|| "at equal N".into(), |n| format!("at N = {n}"));
     let mut columns = vec![
@@ -86,13 +87,6 @@ fn heading(scene: &SceneResult) -> String {
 /// " (%)", or nothing.
 fn unit_suffix(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" ({unit})") }
-}
-
-/// The largest N at which every strategy has an error that may be judged.
-pub(super) fn common_spp(scene: &SceneResult) -> Option<u64> {
-    let usable = |s: &StrategyResult, n| s.checkpoints.iter().any(|c| c.spp == n && c.refused.is_none());
-    let first = scene.strategies.first()?;
-    first.checkpoints.iter().rev().map(|c| c.spp).find(|&n| scene.strategies.iter().all(|s| usable(s, n)))
 }
 
 /// The target nearest to 1 %.

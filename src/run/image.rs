@@ -1,11 +1,11 @@
 //! The images that a run leaves.
 
 use super::{Contender, PlannedScene, Runner};
-use crate::analysis::scene::{Analysed, Reference};
+use crate::analysis::scene::{Fields, Reference};
 use crate::error::Result;
 use crate::estimator::Shape;
 use crate::record::image::{Attributes, write_exr};
-use crate::record::{Dependence, layers};
+use crate::record::{Dependence, StrategyResult, layers};
 use crate::sampling::Role;
 use std::path::Path;
 
@@ -13,7 +13,8 @@ impl Runner<'_> {
     /// Writes the final image over all replicates, and with `log = "pixels"` those of every checkpoint and replicate.
     pub(super) fn images(
         &self,
-        a: &mut Analysed,
+        strategy: &mut StrategyResult,
+        fields: &Fields,
         c: &Contender<'_>,
         scene: &PlannedScene<'_>,
         folder: &Path,
@@ -23,8 +24,8 @@ impl Runner<'_> {
             return Ok(());
         }
         let relative = format!("images/{}/{}", file_name(&scene.name), file_name(&c.name));
-        let checkpoints: Vec<u64> = a.result.checkpoints.iter().map(|k| k.spp).collect();
-        let (Some(end), Some(&last)) = (a.result.checkpoints.last(), checkpoints.last()) else { return Ok(()) };
+        let checkpoints: Vec<u64> = strategy.checkpoints.iter().map(|k| k.spp).collect();
+        let (Some(end), Some(&last)) = (strategy.checkpoints.last(), checkpoints.last()) else { return Ok(()) };
         let (replicates, seconds) = (end.seconds.len() as u32, end.seconds.iter().sum());
         let hash = |n| self.folder(&self.track(&*c.estimator, &c.strategy, Role::Run, 0), n).hash();
         let about = |n: u64, replicates: u64, seconds: f64| Attributes {
@@ -36,9 +37,15 @@ impl Runner<'_> {
             definitions: Vec::new(),
         };
         let all = format!("{relative}/all-{last}.exr");
-        let layers = layers::statistics(shape, &a.mean, &a.sample_variance, &a.std_error, last * u64::from(replicates));
+        let layers = layers::statistics(
+            shape,
+            &fields.mean,
+            &fields.sample_variance,
+            &fields.std_error,
+            last * u64::from(replicates),
+        );
         write_exr(&folder.join(&all), &layers, &about(last, replicates.into(), seconds))?;
-        a.result.image = Some(all);
+        strategy.image = Some(all);
         if self.plan.log_pixels {
             for n in checkpoints {
                 for replicate in 0..replicates {

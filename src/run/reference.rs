@@ -34,20 +34,11 @@ impl Runner<'_> {
                 (reference, format!("{name}: {replicates} replicates of {spp} {}", estimator.abscissa()), Some(seconds))
             }
         };
-        let share = self.plan.metrics[0].reference_share(&reference.mean, &reference.variance);
         let image = match shape.channels {
             3 => Some(reference_image(&reference, &scene.name, shape, folder)?),
             _ => None,
         };
-        let described = ReferenceResult {
-            description,
-            mean: reference.field_mean(),
-            mean_std_error: reference.field_error(),
-            mean_degrees: reference.replicates.map(|r| f64::from(r) - 1.0),
-            variance: share,
-            seconds,
-            image,
-        };
+        let described = reference.describe(self.plan.metrics[0], description, seconds, image);
         Ok((reference, described))
     }
 

@@ -2,13 +2,14 @@
 
 use super::track::Track;
 use super::{Contender, Plan, PlannedScene, Runner, Stop};
-use crate::analysis::scene::{Analysed, Reference, Settings, Subject, analyse, compare_with_first, headline_bound};
+use crate::analysis::scene::{Fields, Reference, Settings, Subject, analyse, compare_with_first, headline_bound};
 use crate::claim::Claim;
 use crate::error::{Error, Result};
+use crate::estimator::Shape;
 use crate::moments::cell::Checkpoint;
 use crate::record::{ClaimResult, ReferenceResult, RegionResult, SceneResult, StrategyResult, Verdict};
 use crate::sampling::Role;
-use crate::stats::number::percent;
+use crate::stats::number::{self, percent};
 use std::path::Path;
 
 /// Where checkpoints come from: of a contender's replicate, at N.
@@ -28,9 +29,8 @@ impl Runner<'_> {
             plan.claims.iter().enumerate().filter(|(_, c)| c.speaks_of(&scene.name)).collect();
         let mut verdicts: Vec<Option<ClaimResult>> = vec![None; claims.len()];
         let mut checkpoints = vec![plan.checkpoints.len(); scene.contenders.len()];
-        let looks = plan.looks();
-        let mut sampled = 0;
-        for (i, look) in looks.iter().enumerate() {
+        let (mut sampled, mut found) = (0, None);
+        for look in plan.looks() {
             match plan.stop {
                 Stop::Error { target, confidence } => {
                     checkpoints = self.sample_until(scene, &reference, target, confidence)?;
@@ -40,38 +40,25 @@ impl Runner<'_> {
             sampled = look.replicates;
             self.bar.set_message(format!("{} · analysing", scene.name));
             let load = |c: &Contender<'_>, replicate, n| self.stored(c, replicate, n);
-            let (result, mut analysed) = results(plan, scene, (&reference, &described), sampled, &checkpoints, &load)?;
+            let (result, _) =
+                found.insert(results(plan, scene, (&reference, &described), sampled, &checkpoints, &load)?);
             // What an earlier look has decided stays decided.
             let open = |v: &Option<ClaimResult>| v.as_ref().is_none_or(|v| v.verdict == Verdict::Inconclusive);
             for ((_, claim), verdict) in claims.iter().zip(&mut verdicts).filter(|(_, v)| open(v)) {
-                *verdict = Some(claim.judge(&result, plan.metrics[0], look.share));
+                *verdict = Some(claim.judge(result, plan.metrics[0], look.share));
             }
-            let decided = !claims.is_empty() && !verdicts.iter().any(open);
-            if decided || i + 1 == looks.len() {
-                let left = u64::from(plan.replicates - sampled) * super::work_of_replicate(plan, scene);
-                self.bar.set_length(self.bar.length().unwrap_or(0).saturating_sub(left));
-                return self
-                    .finish(scene, folder, result, &mut analysed)
-                    .map(|result| (result, claims.iter().map(|c| c.0).zip(verdicts.into_iter().flatten()).collect()));
+            if !claims.is_empty() && !verdicts.iter().any(open) {
+                break;
             }
         }
-        unreachable!("a plan has looks, and the last one returns")
-    }
-
-    /// Images and warnings.
-    fn finish(
-        &mut self,
-        scene: &PlannedScene<'_>,
-        folder: &Path,
-        mut result: SceneResult,
-        analysed: &mut [Analysed],
-    ) -> Result<SceneResult> {
-        for (a, (contender, s)) in analysed.iter_mut().zip(scene.contenders.iter().zip(&mut result.strategies)) {
-            self.images(a, contender, scene, folder)?;
-            s.image.clone_from(&a.result.image);
+        let left = u64::from(plan.replicates - sampled) * super::work_of_replicate(plan, scene);
+        self.bar.set_length(self.bar.length().unwrap_or(0).saturating_sub(left));
+        let (mut result, fields) = found.expect("a plan has looks");
+        for ((strategy, fields), contender) in result.strategies.iter_mut().zip(&fields).zip(&scene.contenders) {
+            self.images(strategy, fields, contender, scene, folder)?;
         }
         self.warn_of(&scene.name, &result.strategies);
-        Ok(result)
+        Ok((result, claims.iter().map(|c| c.0).zip(verdicts.into_iter().flatten()).collect()))
     }
 
     /// Strategies take turns at every checkpoint of a replicate, so that drift of the machine hits all alike.
@@ -113,20 +100,18 @@ impl Runner<'_> {
                     let mut track = self.track(&*c.estimator, &c.strategy, Role::Run, replicate).ending_at(n);
                     loaded.push(self.advance(&mut track, n)?);
                 }
-                let bound = headline_bound(plan.metrics[0], &loaded, reference, 1.0 - share);
+                let bound = headline_bound(&plan.metrics, &loaded, reference, 1.0 - share);
                 if bound.is_some_and(|b| b <= target) {
                     *done = Some(k + 1);
                 }
             }
         }
+        let last = plan.checkpoints.last().copied().unwrap_or(0);
+        let (wanted, confidence) = (percent(target), number::confidence(confidence));
         for (c, _) in scene.contenders.iter().zip(&done).filter(|(_, done)| done.is_none()) {
-            let last = plan.checkpoints.last().copied().unwrap_or(0);
-            let target = percent(target);
             self.warnings.push(format!(
-                "{}, {}: the whole budget (N = {last}) does not reach an error of {target} with confidence {}",
-                scene.name,
-                c.name,
-                percent(confidence)
+                "{}, {}: the whole budget (N = {last}) does not reach an error of {wanted} with confidence {confidence}",
+                scene.name, c.name
             ));
         }
         Ok(done.into_iter().map(|d| d.unwrap_or(plan.checkpoints.len())).collect())
@@ -165,7 +150,7 @@ fn results(
     replicates: u32,
     checkpoints: &[usize],
     load: &Load<'_>,
-) -> Result<(SceneResult, Vec<Analysed>)> {
+) -> Result<(SceneResult, Vec<Fields>)> {
     let shape = scene.contenders[0].estimator.shape();
     let settings = Settings {
         shape,
@@ -176,25 +161,21 @@ fn results(
         checkpoints: &plan.checkpoints,
         replicates,
     };
-    let analysed = strategies(scene, &settings, reference, checkpoints, load)?;
+    let (strategies, fields) = analyse_all(scene, &settings, reference, checkpoints, load)?;
     let mut regions: Vec<[u32; 4]> =
         plan.claims.iter().filter(|c| c.speaks_of(&scene.name)).filter_map(|c| c.region).collect();
     regions.sort_unstable();
     regions.dedup();
     let regions = regions.into_iter().map(|region| {
         let [x0, y0, x1, y1] = region;
-        let part = crate::estimator::Shape { width: (x1 - x0) as usize, height: (y1 - y0) as usize, ..shape };
+        let part = Shape { width: (x1 - x0) as usize, height: (y1 - y0) as usize, ..shape };
         let settings = Settings { shape: part, origin: [x0, y0], probes: &[], ..settings };
         let reference = reference.crop(shape, region);
         let cropped = |c: &Contender<'_>, replicate, n| Ok(load(c, replicate, n)?.crop(shape, region));
-        let analysed = strategies(scene, &settings, &reference, checkpoints, &cropped)?;
-        let reference = ReferenceResult {
-            mean: reference.field_mean(),
-            mean_std_error: reference.field_error(),
-            image: None,
-            ..described.clone()
-        };
-        Ok(RegionResult { region, reference, strategies: analysed.into_iter().map(|a| a.result).collect() })
+        let (strategies, _) = analyse_all(scene, &settings, &reference, checkpoints, &cropped)?;
+        let described = described.clone();
+        let reference = reference.describe(plan.metrics[0], described.description, described.seconds, None);
+        Ok(RegionResult { region, reference, strategies })
     });
     let regions = regions.collect::<Result<Vec<_>>>()?;
     let result = SceneResult {
@@ -204,20 +185,20 @@ fn results(
         max_depth: scene.max_depth,
         reference: described.clone(),
         targets: plan.targets.clone(),
-        strategies: analysed.iter().map(|a| a.result.clone()).collect(),
+        strategies,
         regions,
     };
-    Ok((result, analysed))
+    Ok((result, fields))
 }
 
 /// All contenders, compared with the first.
-fn strategies(
+fn analyse_all(
     scene: &PlannedScene<'_>,
     settings: &Settings<'_>,
     reference: &Reference,
     checkpoints: &[usize],
     load: &Load<'_>,
-) -> Result<Vec<Analysed>> {
+) -> Result<(Vec<StrategyResult>, Vec<Fields>)> {
     let analysed = scene.contenders.iter().zip(checkpoints).map(|(c, &number)| {
         let subject = Subject {
             name: c.name.clone(),
@@ -232,5 +213,5 @@ fn strategies(
     });
     let mut analysed = analysed.collect::<Result<Vec<_>>>()?;
     compare_with_first(&mut analysed);
-    Ok(analysed)
+    Ok(analysed.into_iter().unzip())
 }

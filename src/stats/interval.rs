@@ -54,15 +54,21 @@ impl Uncertain {
         Self::jackknife(all.ln(), &logs).filter(|u| u.value.is_finite() && u.error.is_finite())
     }
 
+    /// log(a/b) of two statistics with their leave-one-out values, from independent sets of replicates.
+    pub fn log_ratio(a: (f64, &[f64]), b: (f64, &[f64])) -> Option<Self> {
+        Some(Self::log_jackknife(a.0, a.1)?.minus(Self::log_jackknife(b.0, b.1)?))
+    }
+
     /// The difference to an independent estimate. Variances add; degrees of freedom by Welch (1947) and Satterthwaite (1946).
     #[must_use]
     pub fn minus(self, other: Self) -> Self {
-        let (a, b) = (self.error * self.error, other.error * other.error);
-        let degrees = match a + b {
+        let error = self.error.hypot(other.error);
+        let share = |u: &Self| (u.error / error).powi(4) / u.degrees;
+        let degrees = match error {
             0.0 => self.degrees.min(other.degrees),
-            v => v * v / (a * a / self.degrees + b * b / other.degrees),
+            _ => 1.0 / (share(&self) + share(&other)),
         };
-        Self { value: self.value - other.value, error: (a + b).sqrt(), degrees }
+        Self { value: self.value - other.value, error, degrees }
     }
 
     /// Everything times a constant.
@@ -105,8 +111,7 @@ pub fn jackknife(all: f64, without: &[f64], confidence: f64) -> Interval {
 /// Jackknife of the logarithm of a ratio a/b whose parts come from independent sets of replicates; bounds are those of
 /// the ratio itself.
 pub fn log_ratio(a: f64, a_without: &[f64], b: f64, b_without: &[f64], confidence: f64) -> Interval {
-    let part = Uncertain::log_jackknife;
-    let ratio = part(a, a_without).zip(part(b, b_without)).map(|(a, b)| a.minus(b));
+    let ratio = Uncertain::log_ratio((a, a_without), (b, b_without));
     let interval = ratio.map_or(without_bounds(a / b, confidence), |u| u.exp_interval(confidence));
     Interval { estimate: a / b, ..interval }
 }

@@ -27,10 +27,8 @@ pub(crate) fn format_interval(i: &Interval, suffix: &str) -> String {
         let [e, l, u] = [i.estimate, lower, upper].map(|v| significant(v, 3));
         return format!("{e}{suffix} [{l}, {u}]");
     }
-    let (scale, power) = common_power(&[i.estimate, lower, upper]);
-    let [e, l, u] = [i.estimate, lower, upper].map(|v| v / scale);
-    let decimals = decimals(e, u - l);
-    format!("{}{suffix} [{}, {}]{power}", decimal(e, decimals), decimal(l, decimals), decimal(u, decimals))
+    let ([e, l, u], power) = alike(i.estimate, lower, upper);
+    format!("{e}{suffix} [{l}, {u}]{power}")
 }
 
 /// Bounds as text: as many decimals as leave two significant digits of their distance.
@@ -38,9 +36,16 @@ pub(crate) fn range(estimate: f64, lower: f64, upper: f64) -> [String; 2] {
     if ![estimate, lower, upper].iter().all(|v| v.is_finite()) {
         return [lower, upper].map(|v| significant(v, 3));
     }
+    let ([_, lower, upper], power) = alike(estimate, lower, upper);
+    [lower, upper].map(|bound| bound + &power)
+}
+
+/// Estimate and bounds rounded to what the bounds' distance supports, and the power of ten that they are to be multiplied by.
+fn alike(estimate: f64, lower: f64, upper: f64) -> ([String; 3], String) {
     let (scale, power) = common_power(&[estimate, lower, upper]);
-    let decimals = decimals(estimate / scale, (upper - lower) / scale);
-    [lower, upper].map(|v| format!("{}{power}", decimal(v / scale, decimals)))
+    let [e, l, u] = [estimate, lower, upper].map(|v| v / scale);
+    let decimals = decimals(e, u - l);
+    ([e, l, u].map(|v| decimal(v, decimals)), power)
 }
 
 /// "12.31 ± 0.55": the estimate and half the interval's width, rounded alike.
@@ -60,7 +65,16 @@ pub(crate) fn format_half_width(i: &Interval) -> String {
 
 /// A share in percent, "1 %".
 pub(crate) fn percent(x: f64) -> String {
-    let text = significant(100.0 * x, 3);
+    percent_to(x, 3)
+}
+
+/// A measured share in percent, to the two digits that matter.
+pub(crate) fn about(x: f64) -> String {
+    percent_to(x, 2)
+}
+
+fn percent_to(x: f64, digits: i32) -> String {
+    let text = significant(100.0 * x, digits);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     format!("{text} %")
 }

@@ -1,12 +1,8 @@
 //! What data can decide, and how much more is needed.
 
-use super::interval::student_t;
+use super::interval::{MANY, student_t};
 use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::gamma::ln_gamma;
-
-/// Degrees of freedom beyond which nothing changes: t is normal to one part in five thousand, and its quantile and the
-/// moments below lose digits.
-const MANY: f64 = 1e4;
 
 /// Smallest distance of a truth from a threshold, in units of `error`, at which the two-sided interval estimate ±
 /// t·error lies wholly on the truth's side of the threshold with probability `power`. `error` is the standard error of
@@ -26,6 +22,7 @@ pub fn detectable(error: f64, degrees: f64, confidence: f64, power: f64) -> f64 
     if !(error >= 0.0 && degrees > 0.0 && open(confidence) && open(power)) {
         return f64::INFINITY;
     }
+    // The moments below lose digits beyond.
     let v = degrees.min(MANY);
     let t = student_t(confidence, v);
     let z = Normal::standard().inverse_cdf(power);

@@ -1,6 +1,6 @@
 //! Hypothesis tests. Samples are independent values of finite size; where a list says nothing the answer is `None`.
 
-use super::interval::median;
+use super::interval::{Uncertain, median};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 use statrs::function::factorial::{ln_binomial, ln_factorial};
 
@@ -22,17 +22,15 @@ pub struct Test {
 pub fn welch(a: &[f64], b: &[f64]) -> Option<Test> {
     let ((ma, va), (mb, vb)) = (moments(a)?, moments(b)?);
     let (na, nb) = (a.len() as f64, b.len() as f64);
-    let (va, vb) = (va / na, vb / nb);
-    let (difference, variance) = (ma - mb, va + vb);
-    if !difference.is_finite() || !variance.is_finite() {
+    let mean = |value: f64, variance: f64, n: f64| Uncertain { value, error: (variance / n).sqrt(), degrees: n - 1.0 };
+    let difference = mean(ma, va, na).minus(mean(mb, vb, nb));
+    if !difference.value.is_finite() || !difference.error.is_finite() {
         return None;
     }
-    if variance == 0.0 {
-        return Some(without_spread(difference, na + nb - 2.0));
+    if difference.error == 0.0 {
+        return Some(without_spread(difference.value, na + nb - 2.0));
     }
-    let (fa, fb) = (va / variance, vb / variance);
-    let degrees = 1.0 / (fa * fa / (na - 1.0) + fb * fb / (nb - 1.0));
-    let statistic = difference / variance.sqrt();
+    let (statistic, degrees) = (difference.value / difference.error, difference.degrees);
     let p = 2.0 * StudentsT::new(0.0, 1.0, degrees).ok()?.sf(statistic.abs());
     Some(Test { statistic, degrees, p: p.min(1.0) })
 }

@@ -76,6 +76,24 @@ fn every_kind_supported_and_refuted() {
 }
 
 #[test]
+fn regions_lie_on_the_film() {
+    let said = |region: &str, code: i32| {
+        let folder = tempfile::tempdir().unwrap();
+        experiment(folder.path(), BUDGET, &claim("unbiased", "sobol", &format!("margin = 0.05\nregion = {region}")));
+        let (stdout, stderr) = ends(folder.path(), code, &["verify", "test.toml", "--quiet"]);
+        format!("{stdout}{stderr}")
+    };
+    assert!(said("[0, 0, 8, 8]", 0).contains("SUPPORTED") && said("[6, 7, 8, 8]", 0).contains("SUPPORTED"));
+    for outside in ["[0, 0, 9, 8]", "[7, 7, 8, 4294967295]"] {
+        assert!(
+            said(outside, 2).contains("test.toml:20: region ")
+                && said(outside, 2).contains("outside the film of 8 × 8")
+        );
+    }
+    assert!(said("[2, 2, 2, 3]", 2).contains("is empty"));
+}
+
+#[test]
 fn junit_and_markdown() {
     let folder = tempfile::tempdir().unwrap();
     let claims = [
@@ -120,6 +138,14 @@ fn baselines() {
     std::fs::write(here.join("test.toml"), text.replace("sequence = \"sobol\"", "sequence = \"stratified\"")).unwrap();
     let (_, stderr) = ends(here, 2, &["verify", "test.toml", "--quiet", "--baseline", "base"]);
     assert!(stderr.contains("sobol: the strategy has other axis values"), "{stderr}");
+    // What was measured is written all the same.
+    let page = std::fs::read_to_string(here.join("reports/test/report.html")).unwrap();
+    assert!(page.contains("stratified") && here.join("reports/test/junit.xml").exists());
+    // Another integrand under the same name.
+    let other = text.replace("integrand = \"gaussian-2d\"", "integrand = \"disc\"\nname = \"gaussian-2d\"");
+    std::fs::write(here.join("test.toml"), other).unwrap();
+    let (_, stderr) = ends(here, 2, &["verify", "test.toml", "--quiet", "--baseline", "base"]);
+    assert!(stderr.contains("independent: the scene, the driver or the traversal is another one"), "{stderr}");
     std::fs::write(here.join("test.toml"), text.replace("width = 8", "width = 4")).unwrap();
     let (_, stderr) = ends(here, 2, &["verify", "test.toml", "--quiet", "--baseline", "base"]);
     assert!(stderr.contains("its film is [8, 8, 1], now [4, 8, 1]"), "{stderr}");
