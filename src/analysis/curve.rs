@@ -29,21 +29,36 @@ pub fn common_spp<'a>(strategies: impl IntoIterator<Item = &'a StrategyResult, I
     first.checkpoints.iter().rev().map(|c| c.spp).find(|&n| strategies.clone().all(|s| usable(s, n)))
 }
 
-/// Slopes over log N of what `y` says of a checkpoint and a replicate, one per replicate: prefixes of one run are correlated,
-/// replicates are not. `None` with fewer than three checkpoints or two replicates.
-pub(super) fn slopes(points: &[&CheckpointResult], y: impl Fn(&CheckpointResult, usize) -> f64) -> Option<Vec<f64>> {
+/// Slope over log N of what `y` says of a checkpoint's replicates, as the jackknife's pseudo-values, one per replicate: their
+/// mean is the slope, their spread its error (Tukey 1958; Efron & Tibshirani, An Introduction to the Bootstrap, 1993, §11.5).
+/// Prefixes of one run are correlated, replicates are not. `y` is given what to leave out. `None` with fewer than three
+/// checkpoints or two replicates.
+pub(super) fn slopes(
+    points: &[&CheckpointResult],
+    y: impl Fn(&CheckpointResult, Option<usize>) -> f64,
+) -> Option<Vec<f64>> {
     let replicates = points.first()?.metrics[0].values.len();
-    let replicate = |r| least_squares(&points.iter().map(|c| ((c.spp as f64).ln(), y(c, r))).collect::<Vec<_>>());
-    (points.len() >= 3 && replicates >= 2).then(|| (0..replicates).map(replicate).collect())
+    let fit = |out| least_squares(&points.iter().map(|c| ((c.spp as f64).ln(), y(c, out))).collect::<Vec<_>>());
+    let (n, all) = (replicates as f64, fit(None));
+    let pseudo = |r| n * all - (n - 1.0) * fit(Some(r));
+    (points.len() >= 3 && replicates >= 2).then(|| (0..replicates).map(pseudo).collect())
 }
 
-/// Fits log error against log N in each replicate and gives the mean slope with Student's t interval. Uses the checkpoints that are not refused and positive in every replicate.
+/// Mean of all values but one.
+pub(super) fn mean_without(values: &[f64], out: Option<usize>) -> f64 {
+    let kept = values.iter().enumerate().filter(|(r, _)| Some(*r) != out).map(|(_, v)| v);
+    kept.sum::<f64>() / (values.len() - usize::from(out.is_some())) as f64
+}
+
+/// Fits the logarithm of the mean error over replicates against log N. The mean of logarithms would bend where errors are few
+/// and skewed. Uses the checkpoints that are not refused and positive in every replicate.
 pub fn slope(checkpoints: &[CheckpointResult], squared: bool) -> Option<Slope> {
     let usable: Vec<&CheckpointResult> = checkpoints
         .iter()
         .filter(|c| c.refused.is_none() && c.metrics[0].values.iter().all(|&v| error(v, squared).is_some()))
         .collect();
-    let values = slopes(&usable, |c, r| error(c.metrics[0].values[r], squared).unwrap_or(f64::NAN).ln())?;
+    let values =
+        slopes(&usable, |c, out| error(mean_without(&c.metrics[0].values, out), squared).unwrap_or(f64::NAN).ln())?;
     Some(Slope {
         slope: mean_interval(&values, CONFIDENCE),
         values,

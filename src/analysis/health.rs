@@ -1,6 +1,6 @@
 //! How far figures on variance can be trusted: the checks of MCNP and of Geant4's G4ConvergenceTester, for whole fields.
 
-use super::curve::{CONFIDENCE, slopes};
+use super::curve::{CONFIDENCE, mean_without, slopes};
 use crate::estimator::Shape;
 use crate::moments::cell::Checkpoint;
 use crate::record::{CheckpointResult, Health, Interval, LargestSample};
@@ -110,7 +110,7 @@ fn standardised(last: &[Checkpoint], weights: &[f64]) -> Vec<f64> {
     values[..needed].iter().flat_map(|v| of_value(v.1)).collect()
 }
 
-/// Slope of log(1/(error² × seconds)) over log N in the second half of the curve (in log N), per replicate, then t.
+/// Slope of log(1/(error² × seconds)) over log N in the second half of the curve (in log N), by the jackknife over replicates.
 /// `None` with fewer than three usable checkpoints there or two replicates.
 pub fn drift(checkpoints: &[CheckpointResult], squared: bool) -> Option<Interval> {
     let last = checkpoints.last()?.spp as f64;
@@ -123,31 +123,49 @@ pub fn drift(checkpoints: &[CheckpointResult], squared: bool) -> Option<Interval
     if usable.iter().any(|c| c.seconds.iter().any(|s| *s <= 0.0)) {
         return None;
     }
-    let slopes = slopes(&usable, |c, r| -(error2(c.metrics[0].values[r]) * c.seconds[r]).ln())?;
+    let slopes = slopes(&usable, |c, out| {
+        let errors: Vec<f64> = c.metrics[0].values.iter().map(|&v| error2(v)).collect();
+        -(mean_without(&errors, out) * mean_without(&c.seconds, out)).ln()
+    })?;
     Some(mean_interval(&slopes, CONFIDENCE))
 }
 
 /// Which moment of the samples a statement rests on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RestsOn {
     /// Means: intervals need to know the variance, but roughly.
     Mean,
     /// Variances and squared errors.
     Variance,
+    /// The variance of means over that of samples, whose errors depend on each other.
+    Dispersion,
+    /// Errors from so many times fewer samples up to all.
+    Curve(f64),
 }
 
 impl RestsOn {
     /// Largest share of the variance that may be expected in samples that were not seen.
-    const fn limit(self) -> f64 {
+    const fn unseen_limit(self) -> f64 {
         match self {
-            Self::Mean => 0.2,
-            Self::Variance => 0.05,
+            Self::Mean | Self::Curve(_) => 0.2,
+            Self::Variance | Self::Dispersion => 0.05,
+        }
+    }
+
+    /// Largest variance of the variance.
+    const fn unsure_limit(self) -> f64 {
+        match self {
+            Self::Mean | Self::Variance => f64::INFINITY,
+            Self::Dispersion => UNSURE * UNSURE,
+            Self::Curve(span) => 0.25 / span,
         }
     }
 }
 
 /// Tail indices beyond this are as good as ½, where the variance becomes infinite.
 const HEAVIEST: f64 = 0.475;
+/// What was not seen is part of the variance's own error up to this part of it.
+const SWALLOWED: f64 = 0.5;
 
 impl Health {
     /// Share of the variance to be expected in samples larger than the largest seen. Where P(X > x) falls as x^(−1/k), the
@@ -157,10 +175,23 @@ impl Health {
         self.largest_share / (1.0 - 2.0 * k)
     }
 
-    /// Why no interval of this kind may be trusted, if so: too much of the variance lies in samples that were not seen.
+    /// [`Self::unseen_share`] where it could shift the variance by much of its standard error, else 0: for tails up to k = ¼ it
+    /// falls faster than that error as samples grow, for heavier ones it stays of its size.
+    pub fn shift(&self) -> f64 {
+        let unseen = self.unseen_share();
+        if unseen > SWALLOWED * self.variance_of_variance.sqrt() { unseen } else { 0.0 }
+    }
+
+    /// Why no interval of this kind may be trusted, if so: too much of the variance lies in samples that were not seen, or the
+    /// variance is not known well enough.
     pub fn distrust(&self, rests_on: RestsOn) -> Option<String> {
-        if self.unseen_share() < rests_on.limit() {
+        let limit = rests_on.unsure_limit();
+        if self.unseen_share() < rests_on.unseen_limit() && self.variance_of_variance <= limit {
             return None;
+        }
+        if self.unseen_share() < rests_on.unseen_limit() {
+            let [found, limit] = [self.variance_of_variance, limit].map(|v| about(v.sqrt()));
+            return Some(format!("the variance is known to ± {found} only; {limit} are needed"));
         }
         let share = about(self.largest_share);
         Some(match self.tail_index {

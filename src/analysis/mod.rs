@@ -1,5 +1,6 @@
 //! Statistics applied to estimates: curves, slopes, efficiency, cost, health.
 
+pub mod calibration;
 pub mod cost;
 pub mod curve;
 pub mod efficiency;

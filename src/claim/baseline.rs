@@ -79,6 +79,7 @@ fn judge(
         error: None,
         equal: None,
         confidence: CONFIDENCE,
+        truth: None,
         scene: None,
         region: None,
     };
@@ -91,6 +92,7 @@ fn judge(
             replicates: now.means.len() as u32,
             seconds: now.checkpoints.last().map_or(0.0, |c| c.seconds.iter().sum()),
             abscissa: scene.abscissa.clone(),
+            reach: [0.0; 2],
             doubt: found.is_none().then(|| "one of the two has too few replicates".to_owned()),
             remark,
         };

@@ -5,7 +5,7 @@ use crate::analysis::cost::Curve;
 use crate::analysis::curve::common_spp;
 use crate::analysis::efficiency::{time_ratio, within};
 use crate::analysis::{efficiency_ratio, variance_ratio};
-use crate::record::{CheckpointResult, Dependence, Interval, ReferenceResult, SceneResult, StrategyResult};
+use crate::record::{CheckpointResult, Dependence, Health, Interval, ReferenceResult, SceneResult, StrategyResult};
 use crate::stats::Metric;
 use crate::stats::interval::{Uncertain, binomial_interval, without_bounds};
 
@@ -23,6 +23,8 @@ pub(super) struct Measure {
     pub abscissa: String,
     /// Why no verdict can rest on it.
     pub doubt: Option<String>,
+    /// How far its bounds may have to move down and up for samples that were not seen, on the scale where errors are even.
+    pub reach: [f64; 2],
     /// What the sentence has to say beside the figures.
     pub remark: Option<String>,
 }
@@ -65,10 +67,11 @@ impl Claim {
             Kind::VarianceRatio if independent => Narrows::WithSamples(samples),
             _ => Narrows::WithReplicates,
         };
-        let doubt = self.kind.rests_on().and_then(|moment| {
+        let doubt = self.kind.rests_on(of).and_then(|moment| {
             let doubt = |s: &StrategyResult| Some(format!("{}: {}", s.name, s.health.as_ref()?.distrust(moment)?));
             both().find_map(doubt)
         });
+        let shift = |s: Option<&StrategyResult>| s.and_then(|s| s.health.as_ref()).map_or(0.0, Health::shift);
         let spent = |s: &StrategyResult| s.checkpoints.last().map_or(0.0, |c| c.seconds.iter().sum());
         Measure {
             interval,
@@ -78,6 +81,7 @@ impl Claim {
             seconds: both().map(spent).sum(),
             abscissa: scene.abscissa.clone(),
             doubt,
+            reach: self.kind.reach(shift(Some(of)), shift(to)),
             remark,
         }
     }
@@ -91,6 +95,7 @@ impl Claim {
             seconds: 0.0,
             abscissa: scene.abscissa.clone(),
             doubt: Some(why.to_owned()),
+            reach: [0.0; 2],
             remark: None,
         }
     }

@@ -5,7 +5,7 @@ mod measure;
 mod sentence;
 
 use crate::analysis::health::RestsOn;
-use crate::record::{ClaimResult, Interval, SceneResult, Verdict};
+use crate::record::{ClaimResult, Interval, SceneResult, StrategyResult, Verdict};
 use crate::stats::number::significant;
 use crate::stats::power::{detectable, factor};
 use crate::stats::{Metric, student_t};
@@ -78,6 +78,8 @@ pub struct Claim {
     /// Confidence of the interval that decides.
     #[serde(default = "default_confidence")]
     pub confidence: f64,
+    /// What the quantity is in truth, for `rootn calibrate`.
+    pub truth: Option<f64>,
     /// The scene; default: every scene.
     pub scene: Option<String>,
     /// Part of the field: first column, first row, and the column and row behind the last ones; default: all of it.
@@ -90,6 +92,13 @@ const fn default_confidence() -> f64 {
 
 /// Probability with which an effect is to be seen where a claim says what it could have detected and what would decide.
 pub const POWER: f64 = 0.9;
+
+/// How many times the share of the variance that is expected in larger samples than were seen must not change a verdict:
+/// the mass of what is so rare follows about an exponential distribution, 98 % of which lies below.
+const UNSEEN: f64 = 4.0;
+
+/// What a sentence says where it does.
+const UNSEEN_COUNTS: &str = "not by as much as rare samples that were not seen may add to the variance";
 
 /// Data so many times as much are not asked for: whoever needs them has claimed the truth itself.
 const MOST: f64 = 1e4;
@@ -140,11 +149,25 @@ impl Kind {
         !matches!(self, Self::Exact | Self::Finite)
     }
 
-    /// Which moment of the samples its interval rests on; `None` where on none.
-    const fn rests_on(self) -> Option<RestsOn> {
+    /// How far the bounds of an interval may have to move, on the scale where errors are even, if the variances of `of` and `to`
+    /// were larger by these shares.
+    fn reach(self, of: f64, to: f64) -> [f64; 2] {
+        let [of, to] = [of, to].map(|share| (1.0 + UNSEEN * share).ln());
         match self {
-            // A slope's interval comes from the replicates' own slopes.
-            Self::Unbiased | Self::Agrees | Self::Slope => Some(RestsOn::Mean),
+            Self::VarianceRatio | Self::TimeToErrorRatio => [to, of],
+            Self::ErrorRatio => [0.5 * to, 0.5 * of],
+            Self::EfficiencyRatio => [of, to],
+            Self::VarianceOfMean => [of, of],
+            _ => [0.0, 0.0],
+        }
+    }
+
+    /// Which moment of the samples its interval rests on; `None` where on none.
+    fn rests_on(self, of: &StrategyResult) -> Option<RestsOn> {
+        match self {
+            Self::Unbiased | Self::Agrees => Some(RestsOn::Mean),
+            Self::VarianceOfMean => Some(RestsOn::Dispersion),
+            Self::Slope => Some(RestsOn::Curve(of.slope.as_ref().map_or(1.0, |s| s.to as f64 / s.from as f64))),
             Self::CostRatio | Self::Exact | Self::Finite => None,
             _ => Some(RestsOn::Variance),
         }
@@ -178,6 +201,9 @@ impl Claim {
         }
         if self.region.is_some() && self.kind == Kind::Finite {
             return Err("finite speaks of the whole field; `region` has no meaning".into());
+        }
+        if self.truth.is_some_and(|t| !(t.is_finite() && (t > 0.0 || !self.kind.is_ratio()))) {
+            return Err(format!("truth {} is no value that a {kind} can have", self.truth.unwrap_or_default()));
         }
         self.check_keys(&kind)?;
         self.check_thresholds(&kind)
@@ -217,6 +243,27 @@ impl Claim {
         self.scene.as_deref().is_none_or(|name| name == scene)
     }
 
+    /// How far a truth lies beyond the threshold that it violates, on the scale where errors are even; `None` where it violates
+    /// none.
+    pub(crate) fn violation(&self, truth: f64) -> Option<f64> {
+        let [least, most] = self.thresholds().map(|t| self.kind.on_scale(t));
+        let truth = self.kind.on_scale(truth);
+        let beyond = (least - truth).max(truth - most);
+        (beyond > 0.0).then_some(beyond)
+    }
+
+    /// By what factor a run's data must grow to see an effect this far beyond a threshold, where it could have seen `result`'s.
+    pub(crate) fn growth(&self, result: &ClaimResult, violation: f64) -> Option<f64> {
+        let growth = (self.kind.on_scale(result.detectable?) / violation).powi(2);
+        growth.is_finite().then_some(growth)
+    }
+
+    /// Probability of a wrong verdict at most: that of an interval beyond either threshold.
+    pub(crate) fn nominal_error(&self) -> f64 {
+        let [least, most] = self.thresholds();
+        (1.0 - self.confidence) * if least.is_finite() && most.is_finite() { 1.0 } else { 0.5 }
+    }
+
     /// Where the quantity must lie.
     fn thresholds(&self) -> [f64; 2] {
         match (self.margin, self.kind) {
@@ -234,6 +281,8 @@ impl Claim {
 
     fn judge_measure(&self, scene: &str, measure: &Measure) -> ClaimResult {
         let (verdict, open) = self.decide(measure);
+        let straddles = |i: &Interval| i.lower.zip(i.upper).is_some_and(|(l, u)| self.compare(l, u).is_none());
+        let doubtful = measure.doubt.is_some() || verdict == Verdict::Inconclusive && !straddles(&measure.interval);
         let confidence = measure.interval.confidence;
         let result = ClaimResult {
             text: self.text.clone(),
@@ -248,6 +297,7 @@ impl Claim {
                 .filter(|_| self.kind.has_power())
                 .map(|error| self.kind.off_scale(detectable(error, measure.degrees, confidence, POWER))),
             open,
+            doubtful,
         };
         ClaimResult { sentence: self.sentence(&result, measure), ..result }
     }
@@ -262,17 +312,30 @@ impl Claim {
         let Interval { lower: Some(lower), upper: Some(upper), .. } = measure.interval else {
             return open("no interval could be formed".into());
         };
-        let [least, most] = self.thresholds();
         if self.kind == Kind::Finite && self.at_most.is_none() {
             // Nothing found supports it; the sentence says how rare what was not found may be.
             return (if lower > 0.0 { Verdict::Refuted } else { Verdict::Supported }, None);
         }
+        let move_by = |x: f64, by: f64| self.kind.off_scale(self.kind.on_scale(x) + by);
+        let [down, up] = measure.reach;
+        match self.compare(lower, upper) {
+            None => open(self.would_decide(measure)),
+            Some(verdict) if self.compare(move_by(lower, -down), move_by(upper, up)) == Some(verdict) => {
+                (verdict, None)
+            }
+            Some(_) => open(format!("the interval is clear of the threshold, but {UNSEEN_COUNTS}")),
+        }
+    }
+
+    /// What an interval says against the thresholds; `None` where it straddles one.
+    fn compare(&self, lower: f64, upper: f64) -> Option<Verdict> {
+        let [least, most] = self.thresholds();
         if lower >= least && upper <= most {
-            (Verdict::Supported, None)
+            Some(Verdict::Supported)
         } else if upper < least || lower > most {
-            (Verdict::Refuted, None)
+            Some(Verdict::Refuted)
         } else {
-            open(self.would_decide(measure))
+            None
         }
     }
 

@@ -1,5 +1,6 @@
 //! The commands, one file each. stdout = data, stderr = progress and messages.
 
+mod calibrate;
 mod completions;
 #[cfg(feature = "vulkan")]
 mod devices;
@@ -19,6 +20,8 @@ pub enum Command {
     Run(run::Run),
     /// Run experiments and judge their claims.
     Verify(verify::Verify),
+    /// Repeat experiments whose truth is known and count how often verdicts, intervals and forecasts are right.
+    Calibrate(calibrate::Calibrate),
     /// Render one image with its statistics.
     Render(render::Render),
     /// Write the report of a finished run again.
@@ -51,6 +54,7 @@ impl Command {
         match self {
             Self::Run(c) => c.execute(),
             Self::Verify(c) => c.execute(),
+            Self::Calibrate(c) => c.execute(),
             Self::Render(c) => c.execute(),
             Self::Report(c) => c.execute(),
             Self::Replay(c) => c.execute(),

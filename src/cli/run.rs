@@ -1,8 +1,9 @@
 use super::{print, use_threads};
 use crate::error::{Error, Result};
 use crate::estimator::choice::{DeviceRequest, Traversal};
+use crate::experiment::Experiment;
 use crate::record::Record;
-use crate::run::Options;
+use crate::run::{Options, Plan};
 use crate::{experiment, report};
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,7 @@ pub(super) struct Settings {
     pub(super) experiments: Vec<PathBuf>,
     /// Folder for results: DIR/<experiment>/ and DIR/cells/.
     #[arg(long, value_name = "DIR", default_value = "reports")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Recompute everything instead of reusing stored samples.
     #[arg(long)]
     fresh: bool,
@@ -51,15 +52,25 @@ impl Settings {
         use_threads(self.threads)
     }
 
-    /// Runs one experiment; its record and images are in the folder then, the report not yet.
-    pub(super) fn measure(&self, path: &Path) -> Result<(Record, PathBuf)> {
+    /// Reads an experiment file and plans what it says.
+    pub(super) fn plan(&self, path: &Path) -> Result<(Experiment, Plan<'static>)> {
         let (parsed, text) = experiment::load::load(path, &self.overrides)?;
         let plan = experiment::plan::plan(&parsed, path, text, &self.device, self.traversal)?;
         if !self.quiet {
             plan.devices.iter().for_each(|d| eprintln!("device: {}, because {}", d.name, d.reason));
         }
-        let options = Options { out: self.out.clone(), fresh: self.fresh, quiet: self.quiet };
-        let (record, reuse) = crate::run::run(&plan, &options).inspect_err(|e| {
+        Ok((parsed, plan))
+    }
+
+    /// How to run.
+    pub(super) fn options(&self) -> Options {
+        Options { out: self.out.clone(), fresh: self.fresh, quiet: self.quiet }
+    }
+
+    /// Runs one experiment; its record and images are in the folder then, the report not yet.
+    pub(super) fn measure(&self, path: &Path) -> Result<(Record, PathBuf)> {
+        let (_, plan) = self.plan(path)?;
+        let (record, reuse) = crate::run::run(&plan, &self.options()).inspect_err(|e| {
             if matches!(e, Error::Device { .. }) {
                 eprintln!("rootn: everything computed so far is kept, the same command continues");
             }

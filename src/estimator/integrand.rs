@@ -170,7 +170,7 @@ impl Estimator for IntegrandEstimator {
 /// random digits follow, as scrambling or jittering would give them. Coordinates are taken in pairs, which are cells of a
 /// grid for stratified points; four at a time they are one Sobol point. A single coordinate is word 2 of its group:
 /// stratified points have strata of their own there.
-fn point(draw: &Draw, u: &mut [f64]) {
+pub(super) fn point(draw: &Draw, u: &mut [f64]) {
     for (pair, u) in (0u32..).zip(u.chunks_mut(2)) {
         let vertex = pair / 2;
         let group = match pair % 2 {

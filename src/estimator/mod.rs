@@ -3,6 +3,7 @@
 pub mod choice;
 pub mod cpu;
 pub mod integrand;
+pub mod mock;
 #[cfg(feature = "vulkan")]
 pub mod vulkan;
 
@@ -117,6 +118,11 @@ pub trait Estimator: Sync {
         0.0
     }
 
+    /// Whether seconds are measured, not made up.
+    fn is_timed(&self) -> bool {
+        true
+    }
+
     /// The estimate of `cell` at `checkpoint` (> 0), continuing `previous` of the same cell where given. May take what it
     /// continues; where it fails it leaves it, so that no work is lost.
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate>;
@@ -140,6 +146,9 @@ impl<E: Estimator + ?Sized> Estimator for &E {
     }
     fn setup_seconds(&self) -> f64 {
         (**self).setup_seconds()
+    }
+    fn is_timed(&self) -> bool {
+        (**self).is_timed()
     }
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate> {
         (**self).estimate(cell, checkpoint, previous)

@@ -149,18 +149,20 @@ fn check(path: &Path, text: &str, e: &Experiment) -> Result<()> {
     let scenes: Vec<String> = e.scene.iter().map(super::SceneEntry::label).collect();
     check_names(path, text, "scene", &scenes)?;
     for (i, s) in e.scene.iter().enumerate() {
-        if s.file.is_some() == s.integrand.is_some() {
-            return fail(&["scene", &i.to_string()], "a scene has either `file` or `integrand`".into());
+        let kinds = [s.file.is_some(), s.integrand.is_some(), s.mock.is_some()];
+        if kinds.iter().filter(|k| **k).count() != 1 {
+            return fail(&["scene", &i.to_string()], "a scene has one of `file`, `integrand` and `mock`".into());
         }
-        if s.integrand.is_some() && !s.parameters.is_empty() {
-            return fail(&["scene", &i.to_string(), "parameters"], "an integrand has no parameters".into());
+        if s.file.is_none() && !s.parameters.is_empty() {
+            return fail(&["scene", &i.to_string(), "parameters"], "only a scene file has parameters".into());
         }
-        if e.reference.is_none() && s.integrand.is_none() {
+        if e.reference.is_none() && s.file.is_some() {
             let message = "a rendered scene needs a [reference]: `spp`, `image` or `exact`";
             return fail(&["scene", &i.to_string()], message.into());
         }
     }
     check_reference(path, text, e)?;
+    check_mocks(path, text, e)?;
     let strategies: Vec<&str> = strategies.iter().map(String::as_str).collect();
     let scenes: Vec<&str> = scenes.iter().map(String::as_str).collect();
     for (i, c) in e.claim.iter().enumerate() {
@@ -259,6 +261,29 @@ fn check_reference(path: &Path, text: &str, e: &Experiment) -> Result<()> {
     }
 }
 
+/// What is for mocks only, or for calibration only.
+fn check_mocks(path: &Path, text: &str, e: &Experiment) -> Result<()> {
+    let measured = e.scene.iter().find(|s| s.mock.is_none());
+    for (i, knobs) in e.strategy.iter().enumerate().filter_map(|(i, s)| Some((i, s.mock?))) {
+        let fail = |message: String| fail_at(path, text, &["strategy", &i.to_string(), "mock"], message);
+        if let Some(scene) = measured {
+            return fail(format!("strategy.mock is for scenes with a `mock`; `{}` has none", scene.label()));
+        }
+        knobs.check().or_else(fail)?;
+    }
+    if let Some(c) = e.calibration.filter(|c| !(1..=1_000_000).contains(&c.repetitions)) {
+        let message = format!("calibration.repetitions = {}: 1 to 1000000 are allowed", c.repetitions);
+        return fail_at(path, text, &["calibration", "repetitions"], message);
+    }
+    match e.claim.iter().position(|c| c.truth.is_some()).filter(|_| e.calibration.is_none()) {
+        Some(i) => {
+            let message = "`truth` is what `rootn calibrate` holds verdicts against; there is no [calibration]";
+            fail_at(path, text, &["claim", &i.to_string(), "truth"], message)
+        }
+        None => Ok(()),
+    }
+}
+
 /// Names of scenes or strategies: each its own, also as a folder.
 fn check_names(path: &Path, text: &str, what: &str, names: &[String]) -> Result<()> {
     let folder = |name: &str| crate::run::file_name(name).to_lowercase();
@@ -282,7 +307,7 @@ impl super::SceneEntry {
     /// The scene's name in tables.
     pub fn label(&self) -> String {
         let stem = || self.file.as_ref()?.file_stem().map(|s| s.to_string_lossy().into_owned());
-        let named = || self.integrand.map(|i| i.label().to_owned());
+        let named = || self.integrand.map(|i| i.label()).or_else(|| self.mock.map(|m| m.label())).map(str::to_owned);
         self.name.clone().or_else(stem).or_else(named).unwrap_or_else(|| "scene".into())
     }
 }

@@ -6,6 +6,7 @@ pub mod plan;
 use crate::claim::Claim;
 use crate::estimator::choice::{DeviceRequest, Traversal};
 use crate::estimator::integrand::Integrand;
+use crate::estimator::mock::{Distribution, Knobs};
 use crate::run::Stop;
 use crate::sampling::sequence::Sequence;
 use crate::sampling::strategy::{
@@ -24,7 +25,7 @@ pub struct Experiment {
     pub name: String,
     /// The question that the experiment asks, in one or two sentences.
     pub question: Option<String>,
-    /// Film size in pixels; default: the scene's own. For integrands: how many estimates stand side by side (16 × 16).
+    /// Film size in pixels; default: the scene's own. For integrands and mocks: how many estimates stand side by side (16 × 16).
     pub film: Option<FilmSize>,
     /// Longest path in edges (1 = emission only), or "none" for unbounded paths; default: the scene's own.
     pub max_depth: Option<MaxDepth>,
@@ -44,13 +45,23 @@ pub struct Experiment {
     pub scene: Vec<SceneEntry>,
     /// How much is spent.
     pub budget: Budget,
-    /// What errors are measured against; may be left out for integrands, whose value is known.
+    /// What errors are measured against; may be left out for integrands and mocks, whose value is known.
     pub reference: Option<ReferenceEntry>,
     /// Strategies; the first is the one that others are compared with.
     pub strategy: Vec<StrategyEntry>,
     /// What is claimed.
     #[serde(default)]
     pub claim: Vec<Claim>,
+    /// How often `rootn calibrate` repeats all of it.
+    pub calibration: Option<Calibration>,
+}
+
+/// A repetition of an experiment with fresh random numbers, that holds verdicts and forecasts against the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// How often.
+    pub repetitions: u32,
 }
 
 /// Lists of exactly two numbers; the TOML reader alone would drop what a longer list holds.
@@ -97,16 +108,18 @@ pub enum Log {
     Pixels,
 }
 
-/// A scene file or an integrand.
+/// A scene file, an integrand or a mock.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneEntry {
-    /// Name in tables; default: the file's stem or the integrand's name.
+    /// Name in tables; default: the file's stem, the integrand's or the mock's name.
     pub name: Option<String>,
     /// Mitsuba 3 XML file, relative to the experiment file.
     pub file: Option<PathBuf>,
     /// An integral with a known value.
     pub integrand: Option<Integrand>,
+    /// Samples of a known distribution with mean 1, seconds by a formula: what tests and calibration hold verdicts against.
+    pub mock: Option<Distribution>,
     /// Values for the scene file's `<default>` parameters.
     #[serde(default)]
     pub parameters: std::collections::BTreeMap<String, String>,
@@ -203,6 +216,8 @@ pub struct StrategyEntry {
     /// sampled independently: what a test against itself needs.
     #[serde(default)]
     pub stream: u32,
+    /// How this strategy's samples of a mock differ from the distribution's.
+    pub mock: Option<Knobs>,
     /// auto, cpu, vulkan, vulkan:NAME or vulkan:INDEX; default: what the command line says.
     pub device: Option<DeviceRequest>,
     /// How rays find what they meet on a Vulkan device; default: what the command line says.

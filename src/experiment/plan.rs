@@ -1,13 +1,14 @@
 //! From an experiment to a plan: scenes loaded, estimators built, references found.
 
 use super::load::fail_at;
-use super::{Experiment, MaxDepth, ReferenceEntry, SceneEntry};
+use super::{Experiment, MaxDepth, ReferenceEntry, SceneEntry, StrategyEntry};
 use crate::analysis::scene::Reference;
 use crate::error::{Error, Result};
-use crate::estimator::Shape;
 use crate::estimator::choice::{Chosen, DeviceRequest, PathTracers, Taken, Traversal};
 use crate::estimator::cpu::PreparedScene;
-use crate::estimator::integrand::{Integrand, IntegrandEstimator};
+use crate::estimator::integrand::IntegrandEstimator;
+use crate::estimator::mock::Mock;
+use crate::estimator::{Estimator, Shape};
 use crate::record::image::read_exr;
 use crate::run::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
 use crate::sampling::strategy::Preset;
@@ -30,9 +31,11 @@ pub fn plan(
     let (mut warnings, mut taken) = (Vec::new(), Taken::default());
     let mut scenes = Vec::new();
     for entry in &experiment.scene {
-        let scene = match entry.integrand {
-            Some(integrand) => integrand_scene(experiment, entry, integrand, path, &text)?,
-            None => rendered_scene(experiment, entry, (path, &text), (device, traversal, &mut taken), &mut warnings)?,
+        let scene = match entry.file {
+            None => abstract_scene(experiment, entry, path, &text)?,
+            Some(_) => {
+                rendered_scene(experiment, entry, (path, &text), (device, traversal, &mut taken), &mut warnings)?
+            }
         };
         check_pixels(experiment, &scene, path, &text)?;
         check_distinct(&scene, path, &text)?;
@@ -108,29 +111,38 @@ fn beside(path: &Path, file: &Path) -> PathBuf {
     path.parent().unwrap_or(Path::new(".")).join(file)
 }
 
-fn integrand_scene(
+/// An integrand or a mock.
+fn abstract_scene(
     experiment: &Experiment,
     entry: &SceneEntry,
-    integrand: Integrand,
     path: &Path,
     text: &str,
 ) -> Result<PlannedScene<'static>> {
     let size = experiment.film.map_or([16, 16], |f| [f.width as usize, f.height as usize]);
-    let contenders = experiment.strategy.iter().map(|s| {
+    let contender = |s: &StrategyEntry| {
         let (name, strategy) = s.resolve();
-        let estimator = IntegrandEstimator { integrand, size, sequence: strategy.sequence };
-        Contender { name, device: "cpu".into(), strategy, estimator: Box::new(estimator) }
-    });
+        let sequence = strategy.sequence;
+        let estimator: Box<dyn Estimator> = match (entry.integrand, entry.mock) {
+            (Some(integrand), _) => Box::new(IntegrandEstimator { integrand, size, sequence }),
+            (None, mock) => {
+                let knobs = s.mock.unwrap_or_default();
+                let distribution = knobs.distribution.or(mock).expect("checked on loading");
+                Box::new(Mock { distribution, knobs, size, sequence })
+            }
+        };
+        Contender { name, device: "cpu".into(), strategy, estimator }
+    };
     let reference = match &experiment.reference {
         Some(ReferenceEntry { exact: Some(value), .. }) => ReferencePlan::Exact(*value),
         // Beside rendered scenes [reference] is theirs.
-        Some(_) if experiment.scene.iter().all(|s| s.integrand.is_some()) => {
-            let message = format!("integrand `{}` has a known value; leave [reference] out", integrand.label());
+        Some(_) if experiment.scene.iter().all(|s| s.file.is_none()) => {
+            let message = format!("the value of {} is known; leave [reference] out", entry.label());
             return fail_at(path, text, &["reference"], message);
         }
-        _ => ReferencePlan::Exact(integrand.integral()),
+        _ => ReferencePlan::Exact(entry.integrand.map_or(crate::estimator::mock::MEAN, |i| i.integral())),
     };
-    Ok(PlannedScene { name: entry.label(), contenders: contenders.collect(), reference, max_depth: None })
+    let contenders = experiment.strategy.iter().map(contender).collect();
+    Ok(PlannedScene { name: entry.label(), contenders, reference, max_depth: None })
 }
 
 fn rendered_scene(

@@ -1,5 +1,6 @@
 //! What a run leaves behind: `record.json`, from which every table, plot, page and verdict is made, and images beside it.
 
+pub mod calibration;
 pub mod image;
 pub mod layers;
 mod number;
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Version of the record format. A record of another version is refused.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// A whole run: configuration, provenance, results, verdicts, warnings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -90,6 +91,13 @@ pub struct Interval {
     pub upper: Option<f64>,
     /// Confidence level of the bounds, for example 0.95.
     pub confidence: f64,
+}
+
+impl Interval {
+    /// Whether a value lies between the bounds; not where one is missing.
+    pub fn contains(&self, x: f64) -> bool {
+        self.lower.is_some_and(|l| l <= x) && self.upper.is_some_and(|u| x <= u)
+    }
 }
 
 /// Results on one scene (or integrand).
@@ -283,7 +291,7 @@ pub struct NonFinite {
 pub struct Slope {
     /// d log(error) / d log(N); −0.5 for independent samples of finite variance.
     pub slope: Interval,
-    /// One slope per replicate.
+    /// The jackknife's pseudo-values, one per replicate: their mean is the slope.
     pub values: Vec<f64>,
     /// Smallest N of the fit.
     pub from: u64,
@@ -402,6 +410,8 @@ pub struct ClaimResult {
     pub detectable: Option<f64>,
     /// Where the verdict is inconclusive: why, and what would decide.
     pub open: Option<String>,
+    /// Whether it is inconclusive because the interval itself is not to be trusted.
+    pub doubtful: bool,
 }
 
 impl Record {

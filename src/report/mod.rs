@@ -2,6 +2,7 @@
 //! record gives the same bytes on every machine: fonts are built in, nothing asks for the time.
 
 mod axis;
+mod calibration;
 mod canvas;
 mod cost;
 mod csv;
@@ -18,6 +19,7 @@ use crate::stats::{Metric, number};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+pub use calibration::{console as calibration_table, write as write_calibration};
 pub use junit::junit;
 pub use table::{console, verdicts};
 

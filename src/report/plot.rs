@@ -8,7 +8,7 @@ use crate::stats::number::{percent, significant};
 use std::collections::BTreeMap;
 
 /// Pixels of PNG per pixel of SVG.
-const PNG_SCALE: f32 = 2.0;
+pub(super) const PNG_SCALE: f32 = 2.0;
 
 /// What every plot of a scene needs.
 pub(super) struct Context<'a> {

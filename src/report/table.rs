@@ -22,7 +22,12 @@ pub(super) struct SceneTable {
 }
 
 /// What tables put where there is no figure.
-const NONE: &str = "–";
+pub(super) const NONE: &str = "–";
+
+/// How tables look on a terminal.
+pub(super) const CONSOLE: TableStyle = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
+/// How they look in Markdown.
+pub(super) const MARKDOWN: TableStyle = presets::ASCII_MARKDOWN;
 
 /// The table of one scene.
 pub(super) fn scene_table(record: &Record, scene: &SceneResult) -> SceneTable {
@@ -248,15 +253,21 @@ fn claim_line(claim: &ClaimResult) -> String {
     format!("({}) {text}. {}", plain(&claim.scene), plain(&claim.sentence))
 }
 
-/// The columns of a table, laid out in a style.
-fn draw(table: &SceneTable, style: TableStyle, cell: impl Fn(&str) -> String) -> String {
+/// Columns laid out in a style; the first ones, of names, to the left.
+pub(super) fn draw(
+    columns: &[String],
+    rows: &[Vec<String>],
+    names: usize,
+    style: TableStyle,
+    cell: impl Fn(&str) -> String,
+) -> String {
     let mut out = Table::new();
     out.load_style(style).set_content_arrangement(ContentArrangement::Disabled);
-    out.set_header(table.columns.iter().map(|c| cell(c)).collect::<Vec<_>>());
-    for row in &table.rows {
+    out.set_header(columns.iter().map(|c| cell(c)).collect::<Vec<_>>());
+    for row in rows {
         out.add_row(row.iter().map(|c| cell(c)).collect::<Vec<_>>());
     }
-    for column in out.column_iter_mut().skip(1) {
+    for column in out.column_iter_mut().skip(names) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     out.trim_fmt()
@@ -290,7 +301,6 @@ pub fn verdicts(record: &Record, markdown: bool) -> String {
 pub fn console(record: &Record) -> String {
     let mut out = String::new();
     let mut line = |text: &str| out.extend([text, "\n"]);
-    let style = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
     let tables: Vec<SceneTable> = record.scenes.iter().map(|scene| scene_table(record, scene)).collect();
     // What holds for every table is said once, below the last.
     let several = tables.len() > 1;
@@ -298,7 +308,7 @@ pub fn console(record: &Record) -> String {
     for table in &tables {
         line(&table.heading);
         line("");
-        line(&draw(table, style, str::to_owned));
+        line(&draw(&table.columns, &table.rows, 1, CONSOLE, str::to_owned));
         line("");
         let mut notes = table.notes.iter().filter(|n| !common(n)).peekable();
         if notes.peek().is_some() {
@@ -345,7 +355,7 @@ pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
     for (scene, figures) in record.scenes.iter().zip(figures) {
         let table = scene_table(record, scene);
         line(&format!("## {}\n", escape(&table.heading)));
-        line(&draw(&table, presets::ASCII_MARKDOWN, escape));
+        line(&draw(&table.columns, &table.rows, 1, MARKDOWN, escape));
         line("");
         for note in &table.notes {
             line(&format!("- {}", escape(note)));
@@ -389,7 +399,7 @@ pub(super) fn markdown(record: &Record, figures: &[Vec<Figure>]) -> String {
 }
 
 /// Text that Markdown shows as it is.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     let mut out = String::new();
     for c in plain(text).chars() {
         match c {

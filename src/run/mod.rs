@@ -1,5 +1,6 @@
 //! The one place that walks the flow: cells, then estimates at checkpoints, then statistics, verdicts, record.
 
+mod calibration;
 mod image;
 mod plan;
 mod reference;
@@ -7,6 +8,7 @@ mod sample;
 mod scene;
 mod track;
 
+pub use calibration::calibrate;
 pub(crate) use image::file_name;
 pub use plan::{Contender, Look, Plan, PlannedScene, ReferencePlan, Stop, powers_of_two};
 pub use sample::{progress_bar, sample};

@@ -10,10 +10,87 @@ use crate::moments::cell::Checkpoint;
 use crate::record::{ClaimResult, ReferenceResult, RegionResult, SceneResult, StrategyResult, Verdict};
 use crate::sampling::Role;
 use crate::stats::number::{self, percent};
+use std::ops::Range;
 use std::path::Path;
 
-/// Where checkpoints come from: of a contender's replicate, at N.
-type Load<'l> = dyn Fn(&Contender<'_>, u32, u64) -> Result<Checkpoint> + 'l;
+/// Where a scene's checkpoints come from: sampled now, or found.
+pub(super) trait Source {
+    /// Makes sure that these replicates can be loaded; returns how many of the plan's checkpoints each contender has.
+    fn sample(&mut self, scene: &PlannedScene<'_>, reference: &Reference, replicates: Range<u32>)
+    -> Result<Vec<usize>>;
+
+    /// The checkpoint at N of a contender's replicate.
+    fn load(&self, scene: &PlannedScene<'_>, contender: usize, replicate: u32, n: u64) -> Result<Checkpoint>;
+}
+
+/// What is known of a scene.
+pub(super) struct Examined {
+    pub(super) result: SceneResult,
+    pub(super) fields: Vec<Fields>,
+    /// Verdicts, with the claims' places in the plan.
+    pub(super) verdicts: Vec<(usize, ClaimResult)>,
+    /// Replicates that were sampled.
+    pub(super) replicates: u32,
+}
+
+/// Samples a scene, analyses it and judges the claims about it, as often as the plan looks.
+pub(super) fn examine(
+    plan: &Plan<'_>,
+    scene: &PlannedScene<'_>,
+    reference: (&Reference, &ReferenceResult),
+    source: &mut dyn Source,
+) -> Result<Examined> {
+    let claims: Vec<(usize, &Claim)> =
+        plan.claims.iter().enumerate().filter(|(_, c)| c.speaks_of(&scene.name)).collect();
+    let mut verdicts: Vec<Option<ClaimResult>> = vec![None; claims.len()];
+    let (mut replicates, mut found) = (0, None);
+    for look in plan.looks() {
+        let checkpoints = source.sample(scene, reference.0, replicates..look.replicates)?;
+        replicates = look.replicates;
+        let (result, _) = found.insert(results(plan, scene, reference, replicates, &checkpoints, source)?);
+        // What an earlier look has decided stays decided.
+        let open = |v: &Option<ClaimResult>| v.as_ref().is_none_or(|v| v.verdict == Verdict::Inconclusive);
+        for ((_, claim), verdict) in claims.iter().zip(&mut verdicts).filter(|(_, v)| open(v)) {
+            *verdict = Some(claim.judge(result, plan.metrics[0], look.share));
+        }
+        if !claims.is_empty() && !verdicts.iter().any(open) {
+            break;
+        }
+    }
+    let (result, fields) = found.expect("a plan has looks");
+    let verdicts = claims.iter().map(|c| c.0).zip(verdicts.into_iter().flatten()).collect();
+    Ok(Examined { result, fields, verdicts, replicates })
+}
+
+/// Strategies take turns at every checkpoint of a replicate, so that drift of the machine hits all alike, and every second
+/// replicate in reverse, so that none always finds what another has left in the caches.
+pub(super) fn turns(replicate: u32, contenders: usize) -> impl Iterator<Item = usize> {
+    (0..contenders).map(move |i| if replicate.is_multiple_of(2) { i } else { contenders - 1 - i })
+}
+
+impl Source for Runner<'_> {
+    fn sample(
+        &mut self,
+        scene: &PlannedScene<'_>,
+        reference: &Reference,
+        replicates: Range<u32>,
+    ) -> Result<Vec<usize>> {
+        let checkpoints = match self.plan.stop {
+            Stop::Error { target, confidence } => self.sample_until(scene, reference, target, confidence)?,
+            _ => {
+                self.sample_all(scene, replicates)?;
+                vec![self.plan.checkpoints.len(); scene.contenders.len()]
+            }
+        };
+        self.bar.set_message(format!("{} · analysing", scene.name));
+        Ok(checkpoints)
+    }
+
+    /// What sampling has left on disk.
+    fn load(&self, scene: &PlannedScene<'_>, contender: usize, replicate: u32, n: u64) -> Result<Checkpoint> {
+        self.stored(&scene.contenders[contender], replicate, n)
+    }
+}
 
 impl Runner<'_> {
     /// The scene's results, and the verdicts with the claims' places in the plan.
@@ -25,49 +102,24 @@ impl Runner<'_> {
         let (reference, described) = self.reference(scene, folder)?;
         self.warm_up(scene)?;
         let plan = self.plan;
-        let claims: Vec<(usize, &Claim)> =
-            plan.claims.iter().enumerate().filter(|(_, c)| c.speaks_of(&scene.name)).collect();
-        let mut verdicts: Vec<Option<ClaimResult>> = vec![None; claims.len()];
-        let mut checkpoints = vec![plan.checkpoints.len(); scene.contenders.len()];
-        let (mut sampled, mut found) = (0, None);
-        for look in plan.looks() {
-            match plan.stop {
-                Stop::Error { target, confidence } => {
-                    checkpoints = self.sample_until(scene, &reference, target, confidence)?;
-                }
-                _ => self.sample(scene, sampled..look.replicates)?,
-            }
-            sampled = look.replicates;
-            self.bar.set_message(format!("{} · analysing", scene.name));
-            let load = |c: &Contender<'_>, replicate, n| self.stored(c, replicate, n);
-            let (result, _) =
-                found.insert(results(plan, scene, (&reference, &described), sampled, &checkpoints, &load)?);
-            // What an earlier look has decided stays decided.
-            let open = |v: &Option<ClaimResult>| v.as_ref().is_none_or(|v| v.verdict == Verdict::Inconclusive);
-            for ((_, claim), verdict) in claims.iter().zip(&mut verdicts).filter(|(_, v)| open(v)) {
-                *verdict = Some(claim.judge(result, plan.metrics[0], look.share));
-            }
-            if !claims.is_empty() && !verdicts.iter().any(open) {
-                break;
-            }
-        }
-        let left = u64::from(plan.replicates - sampled) * super::work_of_replicate(plan, scene);
+        let Examined { mut result, fields, verdicts, replicates } =
+            examine(plan, scene, (&reference, &described), self)?;
+        let left = u64::from(plan.replicates - replicates) * super::work_of_replicate(plan, scene);
         self.bar.set_length(self.bar.length().unwrap_or(0).saturating_sub(left));
-        let (mut result, fields) = found.expect("a plan has looks");
         for ((strategy, fields), contender) in result.strategies.iter_mut().zip(&fields).zip(&scene.contenders) {
             self.images(strategy, fields, contender, scene, folder)?;
         }
         self.warn_of(&scene.name, &result.strategies);
-        Ok((result, claims.iter().map(|c| c.0).zip(verdicts.into_iter().flatten()).collect()))
+        Ok((result, verdicts))
     }
 
-    /// Strategies take turns at every checkpoint of a replicate, so that drift of the machine hits all alike.
-    fn sample(&mut self, scene: &PlannedScene<'_>, replicates: std::ops::Range<u32>) -> Result<()> {
+    fn sample_all(&mut self, scene: &PlannedScene<'_>, replicates: Range<u32>) -> Result<()> {
         for replicate in replicates {
             let mut tracks: Vec<Track<'_>> =
                 scene.contenders.iter().map(|c| self.track(&*c.estimator, &c.strategy, Role::Run, replicate)).collect();
             for &n in &self.plan.checkpoints {
-                for (i, contender) in scene.contenders.iter().enumerate() {
+                for i in turns(replicate, scene.contenders.len()) {
+                    let contender = &scene.contenders[i];
                     self.bar.set_message(format!("{} · {}", scene.name, contender.name));
                     if let Err(e) = self.advance(&mut tracks[i], n) {
                         self.keep_states(&tracks)?;
@@ -117,7 +169,7 @@ impl Runner<'_> {
         Ok(done.into_iter().map(|d| d.unwrap_or(plan.checkpoints.len())).collect())
     }
 
-    /// A checkpoint that sampling has left on disk.
+    /// A checkpoint on disk.
     pub(super) fn stored(&self, c: &Contender<'_>, replicate: u32, n: u64) -> Result<Checkpoint> {
         let track = self.track(&*c.estimator, &c.strategy, Role::Run, replicate);
         let folder = self.folder(&track, n);
@@ -143,13 +195,13 @@ impl Runner<'_> {
 }
 
 /// A scene's results on so many replicates; `checkpoints`: how many of the plan's each contender has.
-fn results(
+pub(super) fn results(
     plan: &Plan<'_>,
     scene: &PlannedScene<'_>,
     (reference, described): (&Reference, &ReferenceResult),
     replicates: u32,
     checkpoints: &[usize],
-    load: &Load<'_>,
+    source: &dyn Source,
 ) -> Result<(SceneResult, Vec<Fields>)> {
     let shape = scene.contenders[0].estimator.shape();
     let settings = Settings {
@@ -161,7 +213,8 @@ fn results(
         checkpoints: &plan.checkpoints,
         replicates,
     };
-    let (strategies, fields) = analyse_all(scene, &settings, reference, checkpoints, load)?;
+    let whole = |contender, replicate, n| source.load(scene, contender, replicate, n);
+    let (strategies, fields) = analyse_all(scene, &settings, reference, checkpoints, &whole)?;
     let mut regions: Vec<[u32; 4]> =
         plan.claims.iter().filter(|c| c.speaks_of(&scene.name)).filter_map(|c| c.region).collect();
     regions.sort_unstable();
@@ -171,7 +224,7 @@ fn results(
         let part = Shape { width: (x1 - x0) as usize, height: (y1 - y0) as usize, ..shape };
         let settings = Settings { shape: part, origin: [x0, y0], probes: &[], ..settings };
         let reference = reference.crop(shape, region);
-        let cropped = |c: &Contender<'_>, replicate, n| Ok(load(c, replicate, n)?.crop(shape, region));
+        let cropped = |contender, replicate, n| Ok(whole(contender, replicate, n)?.crop(shape, region));
         let (strategies, _) = analyse_all(scene, &settings, &reference, checkpoints, &cropped)?;
         let described = described.clone();
         let reference = reference.describe(plan.metrics[0], described.description, described.seconds, None);
@@ -197,9 +250,9 @@ fn analyse_all(
     settings: &Settings<'_>,
     reference: &Reference,
     checkpoints: &[usize],
-    load: &Load<'_>,
+    load: &dyn Fn(usize, u32, u64) -> Result<Checkpoint>,
 ) -> Result<(Vec<StrategyResult>, Vec<Fields>)> {
-    let analysed = scene.contenders.iter().zip(checkpoints).map(|(c, &number)| {
+    let analysed = scene.contenders.iter().zip(checkpoints).enumerate().map(|(i, (c, &number))| {
         let subject = Subject {
             name: c.name.clone(),
             device: c.device.clone(),
@@ -209,7 +262,7 @@ fn analyse_all(
             setup_seconds: c.estimator.setup_seconds(),
         };
         let settings = Settings { checkpoints: &settings.checkpoints[..number], ..*settings };
-        analyse(subject, &settings, reference, |replicate, n| load(c, replicate, n))
+        analyse(subject, &settings, reference, |replicate, n| load(i, replicate, n))
     });
     let mut analysed = analysed.collect::<Result<Vec<_>>>()?;
     compare_with_first(&mut analysed);

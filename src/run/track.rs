@@ -75,7 +75,7 @@ impl Runner<'_> {
             saving: Saving::default(),
             last: match role {
                 Role::Run => self.plan.checkpoints.last().copied().unwrap_or(0),
-                Role::Reference => 0,
+                Role::Reference | Role::Calibration => 0,
             },
         }
     }

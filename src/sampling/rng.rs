@@ -13,6 +13,8 @@ pub enum Role {
     Run,
     /// The reference it is measured against.
     Reference,
+    /// Repetitions of a run that show how often its verdicts are right.
+    Calibration,
 }
 
 impl Role {
@@ -21,6 +23,7 @@ impl Role {
         match self {
             Self::Run => "run",
             Self::Reference => "reference",
+            Self::Calibration => "calibration",
         }
     }
 }
