@@ -20,7 +20,9 @@ pub fn within(per_replicate: &[f64]) -> Jackknifed {
 pub fn between(means: &[&[f64]], weights: &[f64], samples: u64) -> Jackknifed {
     let r = means.len() as f64;
     let values = weights.len() as f64;
-    let average: Vec<f64> = (0..weights.len()).map(|i| means.iter().map(|m| m[i]).sum::<f64>() / r).collect();
+    // About the first, so that equal means have exactly no spread.
+    let average = |i: usize| means[0][i] + means.iter().map(|m| m[i] - means[0][i]).sum::<f64>() / r;
+    let average: Vec<f64> = (0..weights.len()).map(average).collect();
     let squares: Vec<f64> = means
         .iter()
         .map(|m| m.iter().zip(&average).zip(weights).map(|((x, a), w)| w * (x - a) * (x - a)).sum::<f64>() / values)

@@ -133,6 +133,11 @@ impl Claim {
             Kind::Slope => linear(of.slope.as_ref().and_then(|s| Uncertain::mean(&s.values))),
             Kind::VarianceOfMean => {
                 let d = of.dispersion.as_ref().ok_or("the estimator has no samples of its own")?;
+                if d.all == 0.0 {
+                    // Replicates that are all the same: nothing varies, not even this.
+                    let none = Interval { lower: Some(0.0), upper: Some(0.0), ..without_bounds(0.0, confidence) };
+                    return Ok((none, f64::INFINITY, None));
+                }
                 let log = Uncertain::log_jackknife(d.all, &d.without).ok_or("it takes at least three replicates")?;
                 Ok(ratio(log))
             }

@@ -89,7 +89,7 @@ fn share(check: &Check) -> String {
     let promised = match check.what {
         What::Coverage | What::ForecastSpp | What::ForecastSeconds => promised,
         What::Wrong | What::Unfounded => format!("≤ {promised}"),
-        What::Power => format!("≥ {promised}"),
+        What::Power | What::CoverageAtLeast => format!("≥ {promised}"),
     };
     format!("{} ({promised}){mark}", rate(found))
 }
@@ -109,7 +109,8 @@ fn verdict_row(v: &Verdicts, checks: &[Check]) -> Vec<String> {
     let total = f64::from(last.trusted() + last.doubtful);
     // What is not held to its confidence is still shown.
     let covered = f64::from(last.covered + last.covered_doubtful) / total;
-    let covered = match (find(checks, What::Coverage, &v.scene, &v.text), v.truth) {
+    let promise = [What::Coverage, What::CoverageAtLeast].into_iter().find_map(|w| find(checks, w, &v.scene, &v.text));
+    let covered = match (promise, v.truth) {
         (Some(check), _) => share(check),
         (None, Some(_)) => format!("({})", rate(covered)),
         _ => NONE.into(),

@@ -10,7 +10,7 @@ use crate::estimator::{Cell, Estimate, interrupted};
 use crate::moments::cell::Checkpoint;
 use crate::record::calibration::{Calibration, Forecasts, Outcomes, Power, Verdicts};
 use crate::record::{ClaimResult, Dependence, ReferenceResult, SceneResult, StrategyResult, Verdict};
-use crate::sampling::{Key, Role};
+use crate::sampling::{Key, Role, Sequence};
 use crate::stats::interval::median;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -169,8 +169,13 @@ impl Subject<'_> {
         for (i, s) in result.strategies.iter().enumerate() {
             for cost in &s.cost {
                 let Some(forecast) = &cost.forecast else { continue };
-                let n = (forecast.spp.estimate.round() as u64).max(1);
                 let contender = &self.scene.contenders[i];
+                let n = forecast.spp.estimate.max(1.0);
+                // Curves are those of powers of two, where Sobol points are at their best.
+                let n = match contender.strategy.sequence {
+                    Sequence::Sobol => 2f64.powf(n.log2().round()),
+                    _ => n.round(),
+                } as u64;
                 let key = Key::new(seed, Role::Calibration, &contender.strategy.identity(), self.plan.replicates);
                 let estimate = contender.estimator.estimate(&Cell { key, length: n }, n, &mut None)?;
                 let error = metric.measure(&estimate.field, &self.reference.mean, share).value;

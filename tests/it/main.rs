@@ -19,6 +19,7 @@ mod intersection;
 mod lights;
 mod metrics;
 mod moments;
+mod planted;
 mod report;
 mod sampling;
 mod scene_reader;
