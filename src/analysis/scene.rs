@@ -3,13 +3,13 @@
 use super::cost::{Curve, cost};
 use super::curve::{CONFIDENCE, slope};
 use super::efficiency::{between, efficiency_ratio, quotient, variance_ratio, within};
-use super::health::{drift, health};
+use super::health::{RestsOn, drift, health};
 use crate::error::Result;
 use crate::estimator::Shape;
 use crate::moments::cell::Checkpoint;
 use crate::record::{
     CheckpointResult, Dependence, Interval, Jackknifed, MetricResult, NonFinite, ProbeResult, ReferenceResult,
-    StrategyResult, VarianceRatio,
+    StrategyResult, TargetCost, VarianceRatio,
 };
 use crate::sampling::Strategy;
 use crate::stats::interval::{median_interval, quantile};
@@ -161,9 +161,14 @@ pub fn analyse(
     let independent = subject.dependence == Dependence::Independent;
     let curve = Curve { checkpoints: &checkpoints, squared, independent, slope: slope.as_ref() };
     let known = (independent && settings.metrics[0] == Metric::RelMse).then_some(relative_variance);
-    let cost = settings.targets.iter().filter_map(|&t| cost(t, curve, known, field_seconds)).collect();
     let drift = drift(&checkpoints, squared).filter(|_| settings.metrics[0].converges_to_zero());
     let origin = (settings.shape, settings.origin);
+    let health = health(&last, n, &weights, origin, drift);
+    let mut cost: Vec<TargetCost> =
+        settings.targets.iter().filter_map(|&t| cost(t, curve, known, field_seconds)).collect();
+    if health.as_ref().is_some_and(|h| h.distrust(RestsOn::Variance).is_some()) {
+        cost.iter_mut().for_each(|c| c.forecast = None);
+    }
     let result = StrategyResult {
         name: subject.name,
         device: subject.device,
@@ -182,7 +187,7 @@ pub fn analyse(
         means: last.iter().map(|c| c.mean.iter().sum::<f64>() / c.mean.len() as f64).collect(),
         dispersion,
         largest_deviation: largest_deviation(&last, reference),
-        health: health(&last, n, &weights, origin, drift),
+        health,
         probes,
         non_finite: non_finite(&last),
         image: None,

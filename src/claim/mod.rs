@@ -350,6 +350,13 @@ impl Claim {
     /// What would decide a claim whose interval straddles a threshold, if the estimate is about right.
     fn would_decide(&self, measure: &Measure) -> String {
         let straddles = "the interval straddles the threshold";
+        if let (Kind::Finite, Some(upper), Some(rate), 0.0) =
+            (self.kind, measure.interval.upper, self.at_most, measure.interval.estimate)
+        {
+            // Nothing was found; the bound falls as 1/samples.
+            let replicates = round_up(upper / rate * f64::from(measure.replicates));
+            return format!("{straddles}; if none is found in {replicates} replicates, they will decide");
+        }
         let Some(error) = self.error(measure) else { return straddles.into() };
         let estimate = self.kind.on_scale(measure.interval.estimate);
         // Supporting a claim with two thresholds takes both.

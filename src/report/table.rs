@@ -3,6 +3,7 @@
 use super::{Figure, Headline, plain};
 use crate::analysis::cost::PREDICTION;
 use crate::analysis::curve::common_spp;
+use crate::analysis::health::RestsOn;
 use crate::record::{ClaimResult, Forecast, Interval, Record, SceneResult, StrategyResult, Verdict};
 use crate::stats::number::{format_half_width, format_interval, percent, range, significant};
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle, presets};
@@ -155,7 +156,11 @@ fn notes(record: &Record, scene: &SceneResult, headline: &Headline, spp: Option<
 fn forecasts(scene: &SceneResult, headline: &Headline) -> Vec<String> {
     let Some(target) = nearest_target(scene) else { return Vec::new() };
     let line = |s: &StrategyResult| {
-        let Forecast { spp, seconds, halving } = s.cost.iter().find(|c| c.target == target)?.forecast?;
+        let cost = s.cost.iter().find(|c| c.target == target)?;
+        if let (None, Some(why)) = (&cost.forecast, s.health.as_ref().and_then(|h| h.distrust(RestsOn::Variance))) {
+            return Some(format!("{}: none can be given; {why}.", plain(&s.name)));
+        }
+        let Forecast { spp, seconds, halving } = cost.forecast?;
         Some(format!(
             "{}: {} error needs {} {}, {} s; half the error {} times as much.",
             plain(&s.name),

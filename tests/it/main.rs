@@ -9,6 +9,7 @@ mod closed_form;
 mod command_line;
 mod determinism;
 mod experiment_file;
+mod golden;
 #[cfg(feature = "vulkan")]
 mod gpu;
 #[cfg(feature = "vulkan")]
