@@ -92,6 +92,9 @@ pub enum Error {
     /// Claims were refuted. Exit code 1.
     #[error("{0} refuted")]
     Refuted(usize),
+    /// Promises of the tool were broken. Exit code 1.
+    #[error("{0} promises broken")]
+    Broken(usize),
     /// No claim was refuted, but some could not be decided. Exit code 3.
     #[error("none refuted, but {0} inconclusive")]
     Inconclusive(usize),
@@ -126,7 +129,7 @@ impl Error {
         match self {
             Self::Input { .. } | Self::Usage(_) | Self::Unavailable { .. } => 2,
             Self::Io { .. } | Self::Damaged { .. } | Self::Device { .. } => 4,
-            Self::Refuted(_) => 1,
+            Self::Refuted(_) | Self::Broken(_) => 1,
             Self::Inconclusive(_) => 3,
             Self::Interrupted => 130,
         }

@@ -10,6 +10,7 @@
 //!    ([`moments::cell`]). On GPUs all of this is done by its twins in `shaders/`, which `estimator::vulkan` runs.
 //! 3. [`analysis`] applies [`stats`] to the estimates: error curves, slopes, variances, efficiencies, costs, with intervals
 //!    over replicates. [`claim`] turns them into verdicts.
+//!    [`run::calibrate`] repeats a plan whose truth is known, and counts how often they are right.
 //! 4. All of it is one [`record`], and of that alone, with its images, [`report`] makes tables, plots and pages.
 //!
 //! [`cli`] has one file per command; [`math`] and [`error`] serve all.

@@ -14,8 +14,8 @@ pub const TRUSTED: f64 = 5e-4;
 pub const UNFOUNDED: f64 = 0.01;
 
 /// Shares within which prediction intervals of 90 % must hold: what their approximations may miss by, and noise. Beside each
-/// the fewest trials for which it is asked for.
-const FORECASTS: [(u32, [f64; 2]); 2] = [(2000, [0.87, 0.93]), (0, [0.83, 0.96])];
+/// the fewest repetitions for which it is asked for; with fewer nothing is.
+const FORECASTS: [(u32, [f64; 2]); 2] = [(2000, [0.87, 0.93]), (200, [0.83, 0.96])];
 
 /// Error probability of all tests of a calibration together.
 pub const ERROR: f64 = 0.01;
@@ -81,7 +81,8 @@ pub fn checks(c: &Calibration) -> Vec<Check> {
         checks[i].p = Some(p);
         checks[i].kept = p > ERROR;
     }
-    checks.extend(c.forecasts.iter().flat_map(of_forecasts));
+    let limits = FORECASTS.iter().find(|(repetitions, _)| c.repetitions >= *repetitions);
+    checks.extend(limits.iter().flat_map(|l| c.forecasts.iter().flat_map(|f| of_forecasts(f, l.1))));
     checks
 }
 
@@ -103,9 +104,10 @@ fn of_verdicts(v: &Verdicts, repetitions: u32) -> Vec<Check> {
     if covers {
         let found = last.covered + last.covered_doubtful;
         let rare = at_most(found, repetitions, v.confidence);
-        // Strategies take turns in both directions, which only widens intervals of seconds.
-        let timed = [Kind::CostRatio, Kind::EfficiencyRatio].iter().any(|k| k.label() == v.kind);
-        checks.push(match timed {
+        // Strategies take turns in both directions, which only widens intervals of seconds; slopes rest on the smallest N, too,
+        // where errors are far from normal.
+        let wide = [Kind::CostRatio, Kind::EfficiencyRatio, Kind::Slope].iter().any(|k| k.label() == v.kind);
+        checks.push(match wide {
             true => check(What::CoverageAtLeast, found, repetitions, v.confidence, rare),
             false => {
                 let p = 2.0 * rare.min(at_least(found, repetitions, v.confidence));
@@ -126,8 +128,7 @@ fn of_verdicts(v: &Verdicts, repetitions: u32) -> Vec<Check> {
     checks
 }
 
-fn of_forecasts(f: &Forecasts) -> impl Iterator<Item = Check> + '_ {
-    let limits = FORECASTS.iter().find(|(trials, _)| f.trials >= *trials).map_or([0.0, 1.0], |l| l.1);
+fn of_forecasts(f: &Forecasts, limits: [f64; 2]) -> impl Iterator<Item = Check> + '_ {
     let held = [(What::ForecastSpp, Some(f.spp_held)), (What::ForecastSeconds, f.seconds_held)];
     held.into_iter().filter_map(|(what, found)| Some((what, found?))).map(move |(what, found)| {
         let share = f64::from(found) / f64::from(f.trials);

@@ -1,6 +1,6 @@
 //! What a wanted error costs: on average, and for one more run.
 
-use super::curve::{CONFIDENCE, error};
+use super::curve::{CONFIDENCE, error, slope};
 use super::efficiency::product;
 use crate::record::{CheckpointResult, Forecast, Interval, Slope, TargetCost};
 use crate::stats::interval::Uncertain;
@@ -34,11 +34,19 @@ impl Curve<'_> {
         point.metrics[0].values.iter().enumerate().map(replicate).collect()
     }
 
-    /// d log(error) / d log(N).
+    /// d log(error) / d log(N). Of dependent samples its error includes by how much the second half of the curve (in log N)
+    /// differs from the whole, where that has three points: the order of well-spread points often grows with N.
     fn order(&self) -> Option<Uncertain> {
         match self.independent {
             true => Some(Uncertain { value: -0.5, error: 0.0, degrees: f64::INFINITY }),
-            false => Uncertain::mean(&self.slope?.values).filter(|o| o.value < 0.0),
+            false => {
+                let last = self.checkpoints.last()?.spp as f64;
+                let late = self.checkpoints.iter().position(|c| c.spp as f64 >= last.sqrt())?;
+                let late = slope(&self.checkpoints[late..], self.squared);
+                let all = Uncertain::mean(&self.slope?.values).filter(|o| o.value < 0.0)?;
+                let bend = late.map_or(0.0, |late| late.slope.estimate - all.value);
+                Some(Uncertain { error: all.error.hypot(bend), ..all })
+            }
         }
     }
 

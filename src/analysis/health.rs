@@ -2,7 +2,7 @@
 
 use super::curve::{CONFIDENCE, mean_without, slopes};
 use crate::estimator::Shape;
-use crate::moments::cell::Checkpoint;
+use crate::moments::cell::{Checkpoint, Tail};
 use crate::record::{CheckpointResult, Health, Interval, LargestSample};
 use crate::stats::mean_interval;
 use crate::stats::number::{about, significant};
@@ -12,6 +12,10 @@ use crate::stats::tail::tail_index;
 const NAMED: usize = 8;
 /// Share of the weighted variance whose tail is looked at.
 const MOST: f64 = 0.9;
+/// Fewest largest samples whose tail is looked at; of fewer that differ nothing is known.
+const FEWEST: usize = 96;
+/// The tail index where nothing is known: its prior's mean and error.
+const UNKNOWN: [f64; 2] = [0.5, 0.5];
 /// Share of values that counts as the top.
 const TOP: f64 = 0.001;
 
@@ -30,8 +34,7 @@ pub fn health(
     drift: Option<Interval>,
 ) -> Option<Health> {
     let values = weights.len();
-    let complete = |c: &Checkpoint| c.tails.len() == values && c.variance.iter().all(|v| v.is_finite());
-    if last.is_empty() || !last.iter().all(complete) {
+    if last.is_empty() || !last.iter().all(|c| is_complete(c, values)) {
         return None;
     }
     let n = samples as f64;
@@ -44,15 +47,16 @@ pub fn health(
             let (m2, tail) = (c.variance[i] * (n - 1.0), &c.tails[i]);
             parts.push(w * m2);
             sum += w * m2;
-            // Var(S²) ≈ (μ₄ − σ⁴)/n. Kendall & Stuart, The Advanced Theory of Statistics 1, §10.9.
-            error2 += w * w * m2 * m2 * (f64::from(tail.fourth) - 1.0 / n).max(0.0);
+            error2 += w * w * m2 * m2 * relative_variance(tail, n);
             zeros += f64::from(tail.zeros);
             largest.push((w.sqrt() * (f64::from(tail.max) - c.mean[i]).max(0.0), r, i));
         }
     }
     let top = ((TOP * parts.len() as f64).ceil() as usize).clamp(1, parts.len());
     parts.select_nth_unstable_by(top - 1, |a, b| b.total_cmp(a));
-    let tail_index = tail_index(&mut standardised(last, weights)).map(|t| [t.k, t.error]);
+    let mut maxima = standardised(last, weights);
+    let few = maxima.len() < FEWEST && maxima.iter().any(|m| *m != maxima[0]);
+    let tail_index = tail_index(&mut maxima).map(|t| [t.k, t.error]).or(few.then_some(UNKNOWN));
     let named = NAMED.min(largest.len());
     largest.select_nth_unstable_by(named - 1, |a, b| b.0.total_cmp(&a.0));
     largest.truncate(named);
@@ -80,6 +84,53 @@ pub fn health(
         zero_fraction: zeros / (last.len() * values) as f64,
         largest,
     })
+}
+
+/// Per value, over all replicates: what [`Health`] says of whole fields.
+pub struct Maps {
+    /// Variance of the variance, relative.
+    pub variance_of_variance: Vec<f64>,
+    /// Share of the largest sample in the sum of squared deviations.
+    pub largest_share: Vec<f64>,
+    /// Fraction of samples that were exactly 0.
+    pub zero_fraction: Vec<f64>,
+}
+
+impl Maps {
+    /// From the last checkpoint; `None` where [`health`] gives none.
+    pub fn of(last: &[Checkpoint], samples: u64) -> Option<Self> {
+        let values = last.first()?.mean.len();
+        if !last.iter().all(|c| is_complete(c, values)) {
+            return None;
+        }
+        let n = samples as f64;
+        let ratio = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+        let all = |i: usize| {
+            let (mut sum, mut error2, mut largest, mut zeros) = (0.0, 0.0, 0.0f64, 0.0);
+            for c in last {
+                let (m2, tail) = (c.variance[i] * (n - 1.0), &c.tails[i]);
+                sum += m2;
+                error2 += m2 * m2 * relative_variance(tail, n);
+                largest = largest.max((f64::from(tail.max) - c.mean[i]).powi(2));
+                zeros += f64::from(tail.zeros);
+            }
+            [ratio(error2, sum * sum), ratio(largest, sum), zeros / last.len() as f64]
+        };
+        let found: Vec<[f64; 3]> = (0..values).map(all).collect();
+        let column = |k: usize| found.iter().map(|f| f[k]).collect();
+        Some(Self { variance_of_variance: column(0), largest_share: column(1), zero_fraction: column(2) })
+    }
+}
+
+/// Var(S²)/σ⁴ = (μ₄/σ⁴ − (n−3)/(n−1))/n of n samples. Kendall & Stuart, The Advanced Theory of Statistics 1, §10.9.
+fn relative_variance(tail: &Tail, n: f64) -> f64 {
+    // Equal samples have neither.
+    if tail.fourth == 0.0 { 0.0 } else { (f64::from(tail.fourth) - (n - 3.0) / (n * (n - 1.0))).max(0.0) }
+}
+
+/// Whether a checkpoint has samples, at least two per value.
+fn is_complete(c: &Checkpoint, values: usize) -> bool {
+    c.tails.len() == values && c.variance.iter().all(|v| v.is_finite())
 }
 
 /// The largest sample of every value and replicate as a deviation from the mean, over the standard deviation of that value in
@@ -155,7 +206,8 @@ impl RestsOn {
     /// Largest variance of the variance.
     const fn unsure_limit(self) -> f64 {
         match self {
-            Self::Mean | Self::Variance => f64::INFINITY,
+            Self::Mean => 0.25,
+            Self::Variance => f64::INFINITY,
             Self::Dispersion => UNSURE * UNSURE,
             Self::Curve(span) => 0.25 / span,
         }

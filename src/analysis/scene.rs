@@ -3,7 +3,7 @@
 use super::cost::{Curve, cost};
 use super::curve::{CONFIDENCE, slope};
 use super::efficiency::{between, efficiency_ratio, quotient, variance_ratio, within};
-use super::health::{RestsOn, drift, health};
+use super::health::{Maps, RestsOn, drift, health};
 use crate::error::Result;
 use crate::estimator::Shape;
 use crate::moments::cell::Checkpoint;
@@ -126,6 +126,8 @@ pub struct Fields {
     pub std_error: Vec<f64>,
     /// Mean over replicates of the sample variance at the last checkpoint.
     pub sample_variance: Vec<f64>,
+    /// How far variances can be trusted; `None` without samples.
+    pub health: Option<Maps>,
 }
 
 /// Analyses one strategy; `load(replicate, N)` gives its checkpoints.
@@ -316,7 +318,7 @@ fn spread(
         Dependence::Independent => (of_samples, sample_variance.clone()),
         _ => (of_means, between_variance.iter().map(|v| v * n as f64).collect()),
     };
-    (statistic, dispersion, Fields { variance, mean, std_error, sample_variance })
+    (statistic, dispersion, Fields { variance, mean, std_error, sample_variance, health: Maps::of(last, n) })
 }
 
 /// Fills in the ratios with the first strategy; left out where they are 0/0 or without bound.

@@ -22,7 +22,7 @@ impl Calibrate {
         }
         match broken {
             0 => Ok(()),
-            broken => Err(Error::Refuted(broken)),
+            broken => Err(Error::Broken(broken)),
         }
     }
 
@@ -33,8 +33,17 @@ impl Calibrate {
             let message = "no [calibration]; `repetitions` there says how often the experiment is repeated";
             return Err(Error::input(Place::file(path), message));
         };
-        let done = run::calibrate(&plan, calibration.repetitions, &self.settings.options())?;
+        let done = run::calibrate(&plan, calibration.repetitions, &self.settings.options()).inspect_err(|e| {
+            if matches!(e, Error::Interrupted) {
+                eprintln!("rootn: of a calibration only references are kept");
+            }
+        })?;
         let checks = checks(&done);
+        if checks.is_empty() {
+            let message =
+                "nothing to be counted: no [[claim]], and no forecasts of `targets` with 200 repetitions or more";
+            return Err(Error::input(Place::file(path), message));
+        }
         report::write_calibration(&done, &checks, &self.settings.out)?;
         print(&report::calibration_table(&done, &checks))?;
         Ok(checks.iter().filter(|c| !c.kept).count())

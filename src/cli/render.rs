@@ -100,6 +100,12 @@ impl Settings {
         PreparedScene::new(scene)
     }
 
+    /// Whether no flag was given.
+    pub(super) fn is_default(&self) -> bool {
+        let depths = self.max_depth.is_none() && self.roulette_depth.is_none();
+        depths && self.width.is_none() && self.height.is_none() && self.seed == 1 && self.parameters.is_empty()
+    }
+
     /// The strategy of a preset with the flags' roulette.
     pub(super) fn strategy(&self, preset: Preset) -> Strategy {
         let roulette = self.roulette_depth.map(|DepthLimit(d)| match d {

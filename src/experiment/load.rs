@@ -1,6 +1,7 @@
 //! Reading experiment files: every error names file and line, what was found and what is allowed.
 
 use super::Experiment;
+use crate::claim::Claim;
 use crate::error::{Error, Place, Result, suggestion};
 use crate::estimator::MOST_PIXELS;
 use std::path::Path;
@@ -274,6 +275,25 @@ fn check_mocks(path: &Path, text: &str, e: &Experiment) -> Result<()> {
     if let Some(c) = e.calibration.filter(|c| !(1..=1_000_000).contains(&c.repetitions)) {
         let message = format!("calibration.repetitions = {}: 1 to 1000000 are allowed", c.repetitions);
         return fail_at(path, text, &["calibration", "repetitions"], message);
+    }
+    if e.calibration.is_some() && e.budget.relative_error.is_some() {
+        let message = "budget.relative_error: calibration does not go with relative_error";
+        return fail_at(path, text, &["budget", "relative_error"], message);
+    }
+    let same =
+        |a: &Claim, b: &Claim| a.text == b.text && (a.scene.is_none() || b.scene.is_none() || a.scene == b.scene);
+    let again = |i: &usize| e.claim[..*i].iter().any(|c| same(c, &e.claim[*i]));
+    if let Some(i) = (0..e.claim.len()).filter(|_| e.calibration.is_some()).find(again) {
+        let message = "a second claim with the same text: tables of a calibration tell claims apart by it";
+        return fail_at(path, text, &["claim", &i.to_string(), "text"], message);
+    }
+    if e.calibration.is_some() && e.budget.spp < 2 {
+        return fail_at(
+            path,
+            text,
+            &["budget", "spp"],
+            "budget.spp = 1: calibration takes at least 2 samples per value",
+        );
     }
     match e.claim.iter().position(|c| c.truth.is_some()).filter(|_| e.calibration.is_none()) {
         Some(i) => {

@@ -12,6 +12,7 @@ use crate::estimator::{Estimator, Shape};
 use crate::record::image::read_exr;
 use crate::run::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
 use crate::sampling::strategy::Preset;
+use crate::scene::Scene;
 use crate::stats::Metric;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -142,7 +143,20 @@ fn abstract_scene(
         _ => ReferencePlan::Exact(entry.integrand.map_or(crate::estimator::mock::MEAN, |i| i.integral())),
     };
     let contenders = experiment.strategy.iter().map(contender).collect();
-    Ok(PlannedScene { name: entry.label(), contenders, reference, max_depth: None })
+    Ok(PlannedScene { name: entry.label(), contenders, reference, max_depth: None, rendered: false })
+}
+
+/// Reads the scene file of an entry (which has one) and applies what the experiment at `path` says of film and depth.
+pub fn read_scene(experiment: &Experiment, entry: &SceneEntry, path: &Path) -> Result<Scene> {
+    let file = beside(path, entry.file.as_deref().expect("checked on loading"));
+    let parameters: Vec<_> = entry.parameters.iter().map(|(k, v)| (k.clone(), v.clone())).collect();
+    let mut scene = crate::scene::format::load(&file, &parameters, experiment.film.map(|f| [f.width, f.height]))?;
+    match experiment.max_depth {
+        Some(MaxDepth::Edges(n)) => scene.depth.max = Some(n),
+        Some(MaxDepth::Unbounded(_)) => scene.depth.max = None,
+        None => {}
+    }
+    Ok(scene)
 }
 
 fn rendered_scene(
@@ -152,14 +166,7 @@ fn rendered_scene(
     (device, traversal, taken): (&DeviceRequest, Traversal, &mut Taken),
     warnings: &mut Vec<String>,
 ) -> Result<PlannedScene<'static>> {
-    let file = beside(path, entry.file.as_deref().expect("checked on loading"));
-    let parameters: Vec<_> = entry.parameters.iter().map(|(k, v)| (k.clone(), v.clone())).collect();
-    let mut scene = crate::scene::format::load(&file, &parameters, experiment.film.map(|f| [f.width, f.height]))?;
-    match experiment.max_depth {
-        Some(MaxDepth::Edges(n)) => scene.depth.max = Some(n),
-        Some(MaxDepth::Unbounded(_)) => scene.depth.max = None,
-        None => {}
-    }
+    let mut scene = read_scene(experiment, entry, path)?;
     warnings.append(&mut scene.warnings);
     let max_depth = scene.depth.max;
     let mut tracers = PathTracers::new(Arc::new(PreparedScene::new(scene)?));
@@ -190,7 +197,7 @@ fn rendered_scene(
             replicates: replicates.unwrap_or(REFERENCE_REPLICATES),
         },
     };
-    Ok(PlannedScene { name: entry.label(), contenders, reference, max_depth })
+    Ok(PlannedScene { name: entry.label(), contenders, reference, max_depth, rendered: true })
 }
 
 /// Reads a reference image with its standard error.

@@ -23,6 +23,11 @@ pub fn statistics(shape: Shape, mean: &[f64], variance: &[f64], std_error: &[f64
     layers
 }
 
+/// Adds a layer of three channels.
+pub fn add(layers: &mut Layers, name: &str, values: &[f64]) {
+    push(layers, name, |i| values[i] as f32);
+}
+
 /// Every moment of a three-channel field. The standard error is s/√n where samples are independent; otherwise one run
 /// cannot tell it, and the layer is left out.
 pub fn of_moments(shape: Shape, moments: &[Moments], sequence: Sequence) -> Layers {

@@ -70,7 +70,18 @@ fn repeated(c: &Calibration) -> String {
 fn tables(c: &Calibration, checks: &[Check], style: TableStyle, cell: fn(&str) -> String) -> Vec<String> {
     let mut tables = Vec::new();
     if !c.verdicts.is_empty() {
-        let columns = ["claim", "scene", "N", "κ/n", "hold the truth", "wrong", "undecided", "not trusted", "found"];
+        let columns = [
+            "claim",
+            "scene",
+            "N",
+            "κ/n",
+            "hold the truth",
+            "wrong",
+            "undecided",
+            "not trusted",
+            "wrong of trusted",
+            "found",
+        ];
         let rows: Vec<_> = c.verdicts.iter().map(|v| verdict_row(v, checks)).collect();
         tables.push(draw(&columns.map(str::to_owned), &rows, 2, style, cell));
     }
@@ -115,6 +126,10 @@ fn verdict_row(v: &Verdicts, checks: &[Check]) -> Vec<String> {
         (None, Some(_)) => format!("({})", rate(covered)),
         _ => NONE.into(),
     };
+    let of_trusted = match last.trusted() {
+        0 => NONE.into(),
+        trusted => rate(f64::from(last.wrong(v.holds)) / f64::from(trusted)),
+    };
     let wrong = if v.holds.is_some() { What::Wrong } else { What::Unfounded };
     let found = match &v.power {
         Some(power) => format!("{} at N = {}", cell(What::Power), significant(power.spp, 2)),
@@ -129,6 +144,7 @@ fn verdict_row(v: &Verdicts, checks: &[Check]) -> Vec<String> {
         cell(wrong),
         rate(f64::from(last.open) / total),
         rate(f64::from(last.doubtful) / total),
+        of_trusted,
         found,
     ]
 }
@@ -157,8 +173,9 @@ fn notes(c: &Calibration) -> Vec<String> {
             significant(TRUSTED, 1)
         ));
         notes.push(
-            "hold the truth: of all intervals. wrong: verdicts against the truth or, where there is \
-             none, any. undecided: the interval straddles the threshold. not trusted: the tool itself says that too few \
+            "hold the truth: of all intervals. wrong: verdicts against the truth or, where there is none, any; of all \
+             repetitions, since that is what a confidence speaks of, and beside it of those that the tool trusts: where it \
+             trusts few, they are the unlucky ones. undecided: the interval straddles the threshold. not trusted: the tool itself says that too few \
              samples carry the result. found: false claims refuted by a fresh run with as many samples as the tool asks for \
              after a pilot (median)."
                 .into(),
@@ -178,8 +195,8 @@ fn conclusions(checks: &[Check]) -> Vec<String> {
     let broken: Vec<&Check> = checks.iter().filter(|c| !c.kept).collect();
     let tested = checks.iter().filter(|c| c.p.is_some()).count();
     let mut lines = vec![match broken.len() {
-        0 => format!("All {} promises are kept", checks.len()),
-        n => format!("{n} of {} promises are broken", checks.len()),
+        0 => format!("All {} promises are kept at the largest N", checks.len()),
+        n => format!("{n} of {} promises are broken at the largest N", checks.len()),
     }];
     lines[0] += &format!(
         " ({tested} binomial tests that together give a false alarm with probability {}, Holm; {} limits).",
@@ -193,8 +210,8 @@ fn conclusions(checks: &[Check]) -> Vec<String> {
     lines
 }
 
-const PANEL: (f64, f64) = (206.0, 130.0);
-const GAP: (f64, f64) = (22.0, 58.0);
+const PANEL: (f64, f64) = (200.0, 130.0);
+const GAP: (f64, f64) = (34.0, 58.0);
 const LEFT: f64 = 70.0;
 const TOP: f64 = 40.0;
 const COLUMNS: usize = 3;

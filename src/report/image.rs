@@ -6,7 +6,7 @@ use super::canvas::{Anchor, Canvas, GREY, INK, Pixels, TEXT, fit, png, rasterise
 use super::{Figure, plain};
 use crate::error::Result;
 use crate::record::image::{Layers, read_exr};
-use crate::record::{Dependence, SceneResult};
+use crate::record::{Dependence, SceneResult, StrategyResult};
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use std::path::Path;
 
@@ -40,18 +40,20 @@ struct Image {
 /// Maps and pictures of a scene; none where strategies have no images.
 pub(super) fn figures(scene: &SceneResult, folder: &Path, stem: &str) -> Result<Vec<Figure>> {
     let read = |name: &Option<String>| name.as_ref().map(|n| read_exr(&folder.join(n))).transpose();
-    let (mut variances, mut pictures) = (Vec::new(), Vec::new());
+    let (mut variances, mut shares, mut pictures) = (Vec::new(), Vec::new(), Vec::new());
     if let Some(layers) = read(&scene.reference.image)? {
         pictures.extend(panel("reference", &layers, ""));
     }
     for strategy in &scene.strategies {
         if let Some(layers) = read(&strategy.image)? {
-            variances.extend(panel(&plain(&strategy.name), &layers, "sample_variance"));
+            variances.extend(panel(&plain(&strategy.name), &layers, VARIANCE.layer));
+            shares.extend(panel(&plain(&strategy.name), &layers, LARGEST_SHARE.layer));
             pictures.extend(panel(&plain(&strategy.name), &layers, ""));
         }
     }
     let mut figures = Vec::new();
-    figures.extend(variance_maps(&variances, scene, stem));
+    figures.extend(maps(&VARIANCE, &variances, scene, stem));
+    figures.extend(maps(&LARGEST_SHARE, &shares, scene, stem));
     // The reference alone says nothing about strategies.
     if pictures.len() > usize::from(scene.reference.image.is_some()) {
         figures.extend(tone_mapped(&pictures, scene, stem));
@@ -183,8 +185,43 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// Sample variance on a common logarithmic scale.
-fn variance_maps(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Figure> {
+/// A layer that is shown as maps on a common logarithmic scale.
+struct Mapped {
+    layer: &'static str,
+    suffix: &'static str,
+    heading: &'static str,
+    title: &'static str,
+    unit: &'static str,
+    caption: &'static str,
+    /// Whether it speaks of single samples, so that it does not show what their arrangement gains.
+    of_samples: bool,
+}
+
+const VARIANCE: Mapped = Mapped {
+    layer: "sample_variance",
+    suffix: "variance",
+    heading: "Maps of the sample variance",
+    title: "Sample variance",
+    unit: "sample variance (radiance²)",
+    caption: "Variance of one sample, mean over channels, on one logarithmic scale for all strategies. Where a map is darker, \
+              that strategy's samples agree better.",
+    of_samples: true,
+};
+
+const LARGEST_SHARE: Mapped = Mapped {
+    layer: "largest_share",
+    suffix: "health",
+    heading: "Where few samples make the variance",
+    title: "Share of the largest sample",
+    unit: "share of the largest sample in a pixel's variance",
+    caption: "Share of a pixel's largest sample, of all replicates, in its sum of squared deviations, mean over channels. \
+              Where a map is bright, rare large samples make the variance, and larger ones may still come: what is said of \
+              such pixels rests on few samples.",
+    of_samples: false,
+};
+
+/// A layer on a common logarithmic scale.
+fn maps(what: &Mapped, panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Figure> {
     let greys: Vec<Vec<f64>> = panels.iter().map(|p| p.image.grey().collect()).collect();
     let mut positive: Vec<f64> = greys.iter().flatten().copied().filter(|v| *v > 0.0 && v.is_finite()).collect();
     positive.sort_by(f64::total_cmp);
@@ -194,7 +231,7 @@ fn variance_maps(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Fi
         (from, to) = (from / 2.0, to * 2.0);
     }
     let sheet = Sheet::new(panels, 66.0);
-    let title = format!("Sample variance on {}", plain(&scene.name));
+    let title = format!("{} on {}", what.title, plain(&scene.name));
     let colour = |v: f64| {
         if v.is_nan() {
             NOT_A_NUMBER
@@ -205,21 +242,21 @@ fn variance_maps(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Fi
         }
     };
     let index = |panel: &Panel| panels.iter().position(|p| std::ptr::eq(p, panel)).unwrap_or(0);
-    let bar = |canvas: &Canvas, top: f64| colour_bar(canvas, top + 4.0, (from, to));
+    let bar = |canvas: &Canvas, top: f64| colour_bar(canvas, top + 4.0, (from, to), what.unit);
     let png = sheet.render(&title, bar, |panel, i| colour(greys[index(panel)][i]));
-    let dependent: Vec<String> =
-        scene.strategies.iter().filter(|s| s.dependence != Dependence::Independent).map(|s| plain(&s.name)).collect();
+    let of_dependent = |s: &&StrategyResult| what.of_samples && s.dependence != Dependence::Independent;
+    let dependent: Vec<String> = scene.strategies.iter().filter(of_dependent).map(|s| plain(&s.name)).collect();
     let not_theirs = match dependent.is_empty() {
         true => String::new(),
         false => format!(
-            "What the even spread of the points of {} gains is not in it: that shows in the variance of means only. ",
+            " What the even spread of the points of {} gains is not in it: that shows in the variance of means only.",
             dependent.join(", ")
         ),
     };
     let caption = format!(
-        "Variance of one sample, mean over channels, on one logarithmic scale for all strategies. Where a map is darker, \
-         that strategy's samples agree better. {not_theirs}The ends of the bar are the 1 % and 99.9 % quantiles; beyond them the end \
-         colours go on. Black: no variance at all; magenta: not a number. {}",
+        "{}{not_theirs} The ends of the bar are the 1 % and 99.9 % quantiles; beyond them the end colours go on. Black: no \
+         variance at all; magenta: not a number. {}",
+        what.caption,
         sheet.sampling()
     );
     let median = |values: &[f64]| {
@@ -232,8 +269,8 @@ fn variance_maps(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Fi
         .zip(&greys)
         .map(|(p, g)| format!("{} {}", p.name, crate::stats::number::significant(median(g), 2)));
     let alt = format!("{title}. Medians: {}.", medians.collect::<Vec<_>>().join(", "));
-    let heading = "Maps of the sample variance".to_owned();
-    Some(Figure { stem: format!("{stem}-variance"), title: heading, caption, alt, notes: vec![], svg: None, png })
+    let (stem, heading) = (format!("{stem}-{}", what.suffix), what.heading.to_owned());
+    Some(Figure { stem, title: heading, caption, alt, notes: vec![], svg: None, png })
 }
 
 /// The colour of a position in 0..1; outside the end colours.
@@ -243,7 +280,7 @@ fn viridis(t: f64) -> [u8; 3] {
 }
 
 /// A logarithmic colour bar with ticks.
-fn colour_bar(canvas: &Canvas, top: f64, (from, to): (f64, f64)) {
+fn colour_bar(canvas: &Canvas, top: f64, (from, to): (f64, f64), label: &str) {
     const LEFT: f64 = GAP;
     const LENGTH: f64 = 340.0;
     const STEPS: usize = 170;
@@ -256,7 +293,7 @@ fn colour_bar(canvas: &Canvas, top: f64, (from, to): (f64, f64)) {
     }
     let x = Axis { scale: Scale::Decades, from, to, start: LEFT, end: LEFT + LENGTH };
     let y = Axis { scale: Scale::Linear, from: 0.0, to: 1.0, start: bottom, end: top };
-    Frame { x, y }.draw_scale(canvas, "sample variance (radiance²)");
+    Frame { x, y }.draw_scale(canvas, label);
 }
 
 /// The means as pictures: one exposure for all, sRGB.

@@ -4,7 +4,7 @@ use super::scene::{Examined, Source, examine, results, turns};
 use super::{Options, Plan, PlannedScene, Runner, Stop, powers_of_two, progress_bar};
 use crate::analysis::cost::PREDICTION;
 use crate::analysis::scene::Reference;
-use crate::claim::Claim;
+use crate::claim::{Claim, Kind};
 use crate::error::{Error, Result};
 use crate::estimator::{Cell, Estimate, interrupted};
 use crate::moments::cell::Checkpoint;
@@ -30,7 +30,7 @@ pub fn calibrate(plan: &Plan<'_>, repetitions: u32, options: &Options) -> Result
             if interrupted() {
                 return Err(Error::Interrupted);
             }
-            let done = subject.repetition(plan.seed.wrapping_add(i.into()));
+            let done = subject.repetition(seed(plan.seed, &scene.name, i));
             bar.inc(1);
             done
         };
@@ -52,6 +52,15 @@ pub fn calibrate(plan: &Plan<'_>, repetitions: u32, options: &Options) -> Result
         forecasts,
     })
 }
+
+/// Seed of a repetition: no two scenes, repetitions or calibrations share one.
+fn seed(of_plan: u64, scene: &str, repetition: u32) -> u64 {
+    let hash = blake3::hash(format!("calibration {of_plan} {repetition} {scene}").as_bytes());
+    u64::from_le_bytes(hash.as_bytes()[..8].try_into().expect("eight bytes"))
+}
+
+/// Growth beyond which neither power nor forecasts are followed up.
+const MOST: f64 = 1e4;
 
 /// What is repeated.
 struct Subject<'a> {
@@ -88,7 +97,7 @@ struct Forecast {
 impl Subject<'_> {
     /// Seconds of rendering mean something only where repetitions do not compete.
     fn side_by_side(&self) -> bool {
-        self.scene.max_depth.is_none()
+        !self.scene.rendered
     }
 
     fn repetition(&self, seed: u64) -> Result<Repetition> {
@@ -105,6 +114,7 @@ impl Subject<'_> {
             _ => {
                 source.sample(scene, self.reference, 0..plan.replicates)?;
                 let mut last = None;
+                // Two samples are the fewest that have a variance.
                 for k in (0..plan.checkpoints.len()).filter(|&k| plan.checkpoints[k] > 1) {
                     let have = vec![k + 1; scene.contenders.len()];
                     let (result, _) = results(plan, scene, reference, plan.replicates, &have, &source)?;
@@ -114,7 +124,7 @@ impl Subject<'_> {
                     points.push(Point::of(&result, verdicts.clone()));
                     last = Some((result, verdicts));
                 }
-                last.ok_or_else(|| Error::Usage("calibration takes at least 2 samples per value".into()))?
+                last.expect("checked on loading")
             }
         };
         let mut power = Vec::new();
@@ -127,12 +137,14 @@ impl Subject<'_> {
         Ok(Repetition { points, power, forecasts: self.forecasts(&result, seed)? })
     }
 
-    /// Samples per value that the tool asks for to find out that a claim is wrong, if it is.
+    /// Samples per value that the tool asks for to find out that a claim is wrong, if it is; at least the pilot's. `None` where
+    /// more samples are not what it asks for.
     fn asked_for(&self, claim: &Claim, pilot: &ClaimResult, result: &SceneResult) -> Option<u64> {
-        if pilot.doubtful {
+        let by_samples = matches!(claim.kind, Kind::VarianceRatio | Kind::Unbiased | Kind::Agrees);
+        if pilot.doubtful || !by_samples || self.plan.stop != Stop::Never {
             return None;
         }
-        let growth = claim.growth(pilot, claim.violation(claim.truth?)?)?;
+        let growth = claim.growth(pilot, claim.violation(claim.truth?)?).filter(|&g| g <= MOST)?;
         let spp = result.strategies.first()?.checkpoints.last()?.spp;
         Some((growth.max(1.0) * spp as f64).ceil() as u64)
     }
@@ -171,6 +183,9 @@ impl Subject<'_> {
                 let Some(forecast) = &cost.forecast else { continue };
                 let contender = &self.scene.contenders[i];
                 let n = forecast.spp.estimate.max(1.0);
+                if n > MOST * result.strategies[i].checkpoints.last().map_or(1.0, |c| c.spp as f64) {
+                    continue;
+                }
                 // Curves are those of powers of two, where Sobol points are at their best.
                 let n = match contender.strategy.sequence {
                     Sequence::Sobol => 2f64.powf(n.log2().round()),

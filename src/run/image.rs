@@ -37,13 +37,18 @@ impl Runner<'_> {
             definitions: Vec::new(),
         };
         let all = format!("{relative}/all-{last}.exr");
-        let layers = layers::statistics(
+        let mut layers = layers::statistics(
             shape,
             &fields.mean,
             &fields.sample_variance,
             &fields.std_error,
             last * u64::from(replicates),
         );
+        if let Some(maps) = &fields.health {
+            layers::add(&mut layers, "variance_of_variance", &maps.variance_of_variance);
+            layers::add(&mut layers, "largest_share", &maps.largest_share);
+            layers::add(&mut layers, "zero_fraction", &maps.zero_fraction);
+        }
         write_exr(&folder.join(&all), &layers, &about(last, replicates.into(), seconds))?;
         strategy.image = Some(all);
         if self.plan.log_pixels {

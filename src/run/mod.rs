@@ -107,6 +107,7 @@ pub fn quick(name: &str, estimator: &dyn Estimator, exact: f64, samples: u64, re
             contenders: vec![contender],
             reference: ReferencePlan::Exact(exact),
             max_depth: None,
+            rendered: false,
         }],
         claims: Vec::new(),
         devices: Vec::new(),

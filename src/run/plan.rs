@@ -98,8 +98,10 @@ pub struct PlannedScene<'a> {
     pub contenders: Vec<Contender<'a>>,
     /// What errors are measured against.
     pub reference: ReferencePlan<'a>,
-    /// Longest path, where paths are traced.
+    /// Longest path, where paths are traced and bounded.
     pub max_depth: Option<u32>,
+    /// Whether paths are traced.
+    pub rendered: bool,
 }
 
 /// A named estimator.

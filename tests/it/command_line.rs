@@ -185,6 +185,59 @@ fn render_writes_all_moments() {
 }
 
 #[test]
+fn replay_explains_the_largest_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let scene = cornell();
+    let text = format!(
+        "name = \"test\"\nfilm = {{ width = 6, height = 5 }}\n[[scene]]\nname = \"box\"\nfile = \"{}\"\n\
+         [budget]\nspp = 16\nreplicates = 4\nseed = 3\n[reference]\nspp = 16\n\
+         [[strategy]]\nname = \"directions\"\npreset = \"importance\"\n[[strategy]]\npreset = \"stratified\"\n\
+         [[scene]]\nintegrand = \"disc\"\n",
+        scene.display()
+    );
+    std::fs::write(here.join("test.toml"), text).unwrap();
+    let (_, stderr) = ends(here, 4, &["replay", "test.toml", "--largest", "2"]);
+    assert!(stderr.contains("record.json"), "{stderr}");
+    ends(here, 0, &["run", "test.toml", "--quiet"]);
+    let record = std::fs::read_to_string(here.join("reports/test/record.json")).unwrap();
+    let record: Value = serde_json::from_str(&record).unwrap();
+    for (i, strategy) in ["directions", "stratified"].into_iter().enumerate() {
+        let named = &record["scenes"][0]["strategies"][i]["health"]["largest"];
+        let arguments = ["replay", "test.toml", "--strategy", strategy, "--largest", "3"];
+        let (json, _) = ends(here, 0, &[&arguments[..], &["--json"]].concat());
+        let replayed: Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(replayed.as_array().unwrap().len(), 3);
+        for (path, largest) in replayed.as_array().unwrap().iter().zip(named.as_array().unwrap()) {
+            let channel = largest["channel"].as_u64().unwrap() as usize;
+            assert_eq!(path["radiance"][channel].as_f64().unwrap(), largest["value"].as_f64().unwrap(), "{strategy}");
+        }
+        let (text, _) = ends(here, 0, &arguments);
+        assert_eq!(text.matches("of the variance\nvertex 1").count(), 3, "{text}");
+    }
+    let other = std::fs::read_to_string(here.join("test.toml")).unwrap().replace("width = 6", "width = 7");
+    std::fs::write(here.join("other.toml"), other).unwrap();
+    let (_, stderr) = ends(here, 2, &["replay", "other.toml", "--largest", "2"]);
+    assert!(stderr.contains("since the run, the scene or the experiment has changed"), "{stderr}");
+    for (arguments, said) in [
+        (
+            &["--largest", "2", "--strategy", "nobody"][..],
+            "no strategy is named `nobody` (there are directions, stratified)",
+        ),
+        (&["--largest", "2", "--scene", "nowhere"], "no scene is named `nowhere` (there are box, disc)"),
+        (&["--largest", "2", "--scene", "disc"], "no rendered scene"),
+        (&["--largest", "2", "--pixel", "1,1"], "cannot be used with"),
+        (&["--pixel", "1,1", "--width", "9", "--height", "9"], "those of its file"),
+        (&[], "--pixel"),
+    ] {
+        let (_, stderr) = ends(here, 2, &[&["replay", "test.toml"][..], arguments].concat());
+        assert!(stderr.contains(said), "{stderr}");
+    }
+    let (_, stderr) = ends(here, 2, &["replay", scene.to_str().unwrap(), "--largest", "2"]);
+    assert!(stderr.contains("for experiments"), "{stderr}");
+}
+
+#[test]
 fn replay_gives_the_sample_that_render_took() {
     let folder = tempfile::tempdir().unwrap();
     let scene = cornell();

@@ -58,6 +58,73 @@ preset = "mis"
 roulette_depth = "none"
 "#;
 
+/// A file that is right, for mocks and their calibration.
+const MOCKS: &str = r#"name = "test"
+film = { width = 4, height = 4 }
+[calibration]
+repetitions = 10
+[[scene]]
+mock = "normal"
+[budget]
+spp = 4
+replicates = 2
+[[strategy]]
+name = "narrow"
+[[strategy]]
+name = "wide"
+stream = 1
+mock = { spread = 2.0, seconds = 1e-6 }
+[[claim]]
+text = "It has four times the variance"
+kind = "variance-ratio"
+of = "wide"
+to = "narrow"
+at_most = 5.0
+truth = 4.0
+"#;
+
+#[test]
+fn mocks_and_calibrations_that_are_wrong() {
+    check(
+        MOCKS,
+        &[
+            ("mock = \"normal\"", "mock = \"norml\"", 6, "did you mean `normal`"),
+            (
+                "mock = \"normal\"",
+                "mock = \"normal\"\nintegrand = \"disc\"",
+                6,
+                "one of `file`, `integrand` and `mock`",
+            ),
+            ("mock = \"normal\"", "integrand = \"disc\"", 15, "is for scenes with a `mock`; `disc` has none"),
+            ("[budget]", "[reference]\nspp = 4\n[budget]", 8, "the value of normal is known"),
+            ("spread = 2.0", "spread = 0.0", 15, "mock.spread = 0: a positive number is allowed"),
+            ("spread = 2.0", "bias = nan", 15, "mock.bias = NaN: a finite number is allowed"),
+            ("seconds = 1e-6", "seconds = -1.0", 15, "mock.seconds = -1: a positive number is allowed"),
+            ("seconds = 1e-6", "jitter = 7.0", 15, "mock.jitter = 7: 0 to 1 is allowed"),
+            ("seconds = 1e-6", "second = 1.0", 15, "did you mean `seconds`"),
+            ("repetitions = 10", "repetitions = 0", 4, "1 to 1000000 are allowed"),
+            ("repetitions = 10", "", 3, "missing field `repetitions`"),
+            ("[calibration]\nrepetitions = 10\n", "", 20, "there is no [calibration]"),
+            ("spp = 4", "spp = 4\nrelative_error = 0.01", 9, "calibration does not go with relative_error"),
+            ("spp = 4", "spp = 1", 8, "calibration takes at least 2"),
+            ("truth = 4.0", "truth = -4.0", 16, "truth -4 is no value that a variance-ratio can have"),
+            ("truth = 4.0", "truth = inf", 16, "truth inf is no value"),
+            (
+                "truth = 4.0\n",
+                "[[claim]]\ntext = \"It has four times the variance\"\nkind = \"finite\"\nof = \"wide\"\n",
+                22,
+                "a second claim with the same text",
+            ),
+            (
+                "truth = 4.0\n",
+                "[[claim]]\ntext = \"finite\"\nkind = \"finite\"\nof = \"wide\"\ntruth = 0.0\n",
+                21,
+                "finite has no `truth`",
+            ),
+        ],
+    );
+}
+
 /// Loads and plans a text in a folder.
 fn attempt(folder: &Path, text: &[u8], overrides: &[&str]) -> Result<(), Error> {
     let path = folder.join("test.toml");

@@ -549,6 +549,7 @@ fn a_run_on_a_lost_device_leaves_its_cells() {
                 contenders: contenders.into(),
                 reference: ReferencePlan::Exact(0.1),
                 max_depth: None,
+                rendered: true,
             }],
             claims: Vec::new(),
             devices: Vec::new(),

@@ -64,6 +64,7 @@ fn counted(out: &Path, sequence: Sequence, checkpoints: Vec<u64>, fresh: bool) -
             contenders: vec![contender],
             reference: ReferencePlan::Exact(Integrand::Gaussian2d.integral()),
             max_depth: None,
+            rendered: true,
         }],
         claims: Vec::new(),
         devices: Vec::new(),

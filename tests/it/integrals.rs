@@ -98,6 +98,7 @@ fn measured(test: &str, integrand: Integrand, sequences: &[Sequence], samples: u
             contenders: sequences.iter().map(contender).collect(),
             reference: ReferencePlan::Exact(integrand.integral()),
             max_depth: None,
+            rendered: true,
         }],
         claims: Vec::new(),
         devices: Vec::new(),

@@ -159,6 +159,7 @@ impl Case {
                 contenders: vec![contender],
                 reference,
                 max_depth: None,
+                rendered: true,
             }],
             claims: vec![self.claim()],
             devices: Vec::new(),
@@ -183,6 +184,10 @@ fn planted_bugs_are_refuted_and_their_honest_twins_supported() {
         let budgets = powers_of_two(case.most).into_iter().filter(|&n| n > 1);
         let refuted =
             budgets.map(|n| (n, case.judge(true, n, folder.path()))).find(|(_, r)| r.verdict == Verdict::Refuted);
+        for n in powers_of_two(case.most).into_iter().filter(|&n| n > 1) {
+            let twin = case.judge(false, n, folder.path());
+            assert_ne!(twin.verdict, Verdict::Refuted, "the honest twin of: {}, N = {n}: {}", case.bug, twin.sentence);
+        }
         let honest = case.judge(false, case.most, folder.path());
         assert_eq!(honest.verdict, Verdict::Supported, "the honest twin of: {}: {}", case.bug, honest.sentence);
         let Some((n, found)) = refuted else {

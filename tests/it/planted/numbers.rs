@@ -71,8 +71,11 @@ impl Number {
 
 /// The nearest number with eleven significant bits.
 fn half(x: f64) -> f64 {
+    if x == 0.0 {
+        return x;
+    }
     let step = 2f64.powi(x.abs().log2().floor() as i32 - 10);
-    if x == 0.0 { x } else { (x / step).round_ties_even() * step }
+    (x / step).round_ties_even() * step
 }
 
 impl Estimator for Number {
