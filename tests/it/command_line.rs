@@ -82,10 +82,10 @@ fn exit_codes() {
 fn run_writes_what_it_promises() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    let claim = "[[claim]]\ntext = \"MIS falls\"\nkind = \"slope\"\nof = \"mis\"\nat_most = 5.0\n";
+    let claim = "[[claim]]\ntext = \"MIS is finite\"\nkind = \"finite\"\nof = \"mis\"\n";
     experiment(here, &cornell(), 16, claim);
     let (stdout, stderr) = ends(here, 0, &["run", "small.toml"]);
-    assert!(stdout.contains("√relMSE at N = ") && stdout.contains("MIS falls"), "{stdout}");
+    assert!(stdout.contains("√relMSE at N = ") && stdout.contains("MIS is finite"), "{stdout}");
     assert!(stderr.contains("checkpoints computed, 0 reused") && stderr.contains("report.html"), "{stderr}");
     assert!(!stdout.contains('\u{1b}') && !stderr.contains('\u{1b}'), "no colours into a pipe");
     let out = here.join("reports/small");
