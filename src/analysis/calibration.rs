@@ -102,7 +102,7 @@ fn of_verdicts(v: &Verdicts, repetitions: u32) -> Vec<Check> {
     let mut checks = Vec::new();
     let covers = v.truth.is_some() && !v.sequential && last.variance_of_variance.is_some_and(|x| x <= TRUSTED);
     if covers {
-        let found = last.covered + last.covered_doubtful;
+        let found = last.holding();
         let rare = at_most(found, repetitions, v.confidence);
         // Strategies take turns in both directions, which only widens intervals of seconds; slopes rest on the smallest N, too,
         // where errors are far from normal.

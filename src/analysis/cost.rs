@@ -2,7 +2,8 @@
 
 use super::curve::{CONFIDENCE, error, slope};
 use super::efficiency::product;
-use crate::record::{CheckpointResult, Forecast, Interval, Slope, TargetCost};
+use crate::record::{CheckpointResult, Dependence, Forecast, Interval, Slope, StrategyResult, TargetCost};
+use crate::stats::Metric;
 use crate::stats::interval::Uncertain;
 
 /// Confidence of prediction intervals.
@@ -12,42 +13,47 @@ pub const PREDICTION: f64 = 0.9;
 #[derive(Clone, Copy)]
 pub struct Curve<'a> {
     /// Checkpoints, ascending.
-    pub checkpoints: &'a [CheckpointResult],
+    checkpoints: &'a [CheckpointResult],
     /// Whether the headline metric is a square, so that errors are its root.
-    pub squared: bool,
-    /// Whether samples are independent: the error falls as N^(−½) then, and no order need be fitted.
-    pub independent: bool,
+    squared: bool,
     /// The fitted order.
-    pub slope: Option<&'a Slope>,
+    slope: Option<&'a Slope>,
+    /// d log(error) / d log(N), where it is known to be negative.
+    pub order: Option<Uncertain>,
 }
 
-impl Curve<'_> {
+impl<'a> Curve<'a> {
+    /// Of independent samples the error falls as N^(−½), and no order need be fitted. Of others the order's error includes by
+    /// how much the second half of the curve (in log N) differs from the whole, where that has three points: the order of
+    /// well-spread points often grows with N.
+    pub fn new(
+        checkpoints: &'a [CheckpointResult],
+        squared: bool,
+        dependence: Dependence,
+        slope: Option<&'a Slope>,
+    ) -> Self {
+        let order = match dependence {
+            Dependence::Independent => Some(Uncertain { value: -0.5, error: 0.0, degrees: f64::INFINITY }),
+            _ => fitted_order(checkpoints, squared, slope),
+        };
+        Self { checkpoints, squared, slope, order }
+    }
+
+    /// A strategy's, in the headline metric.
+    pub fn of(strategy: &'a StrategyResult, metric: Metric) -> Self {
+        Self::new(&strategy.checkpoints, metric.squared(), strategy.dependence, strategy.slope.as_ref())
+    }
+
     /// Samples per value and seconds that each replicate needs for an error: from the checkpoint whose mean error is nearest
     /// to it along the curve's order. `None` where that order is unknown, or an error is not positive.
     pub fn reach(&self, target: f64) -> Option<Vec<[f64; 2]>> {
-        let (point, order) = (self.nearest(target)?, self.order()?);
+        let (point, order) = (self.nearest(target)?, self.order?);
         let last = self.checkpoints.last()?;
         let replicate = |(r, &v): (usize, &f64)| {
             let spp = point.spp as f64 * (error(v, self.squared)? / target).powf(-1.0 / order.value);
             Some([spp, spp * last.seconds[r] / last.spp as f64])
         };
         point.metrics[0].values.iter().enumerate().map(replicate).collect()
-    }
-
-    /// d log(error) / d log(N). Of dependent samples its error includes by how much the second half of the curve (in log N)
-    /// differs from the whole, where that has three points: the order of well-spread points often grows with N.
-    fn order(&self) -> Option<Uncertain> {
-        match self.independent {
-            true => Some(Uncertain { value: -0.5, error: 0.0, degrees: f64::INFINITY }),
-            false => {
-                let last = self.checkpoints.last()?.spp as f64;
-                let late = self.checkpoints.iter().position(|c| c.spp as f64 >= last.sqrt())?;
-                let late = slope(&self.checkpoints[late..], self.squared);
-                let all = Uncertain::mean(&self.slope?.values).filter(|o| o.value < 0.0)?;
-                let bend = late.map_or(0.0, |late| late.slope.estimate - all.value);
-                Some(Uncertain { error: all.error.hypot(bend), ..all })
-            }
-        }
     }
 
     /// The usable checkpoint whose error is nearest to a wanted one.
@@ -63,7 +69,7 @@ impl Curve<'_> {
     /// What one more run will need: Student's prediction interval on the logarithms of the replicates' needs (Hahn &
     /// Meeker, Statistical Intervals, 1991, §4.7), widened by the doubt about the order where that is fitted.
     pub fn forecast(&self, target: f64) -> Option<Forecast> {
-        let (needs, order, point) = (self.reach(target)?, self.order()?, self.nearest(target)?);
+        let (needs, order, point) = (self.reach(target)?, self.order?, self.nearest(target)?);
         let replicates = needs.len() as f64;
         let distance = (error(point.metrics[0].mean.estimate, self.squared)? / target).ln();
         let by_order = distance / (order.value * order.value) * order.error;
@@ -75,6 +81,14 @@ impl Curve<'_> {
         };
         Some(Forecast { spp: interval(0)?, seconds: interval(1)?, halving: 0.5f64.powf(1.0 / order.value) })
     }
+}
+
+fn fitted_order(checkpoints: &[CheckpointResult], squared: bool, fitted: Option<&Slope>) -> Option<Uncertain> {
+    let last = checkpoints.last()?.spp as f64;
+    let late = checkpoints.iter().position(|c| c.spp as f64 >= last.sqrt())?;
+    let all = Uncertain::mean(&fitted?.values).filter(|o| o.value < 0.0)?;
+    let bend = slope(&checkpoints[late..], squared).map_or(0.0, |late| late.slope.estimate - all.value);
+    Some(Uncertain { error: all.error.hypot(bend), ..all })
 }
 
 /// Samples and seconds that reach a wanted error.

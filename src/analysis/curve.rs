@@ -1,6 +1,7 @@
 //! Error curves and their slopes.
 
-use crate::record::{CheckpointResult, Slope, StrategyResult};
+use super::efficiency::within;
+use crate::record::{CheckpointResult, Jackknifed, Slope, StrategyResult};
 use crate::stats::mean_interval;
 
 /// Confidence of every interval in tables and plots.
@@ -31,23 +32,15 @@ pub fn common_spp<'a>(strategies: impl IntoIterator<Item = &'a StrategyResult, I
 
 /// Slope over log N of what `y` says of a checkpoint's replicates, as the jackknife's pseudo-values, one per replicate: their
 /// mean is the slope, their spread its error (Tukey 1958; Efron & Tibshirani, An Introduction to the Bootstrap, 1993, §11.5).
-/// Prefixes of one run are correlated, replicates are not. `y` is given what to leave out. `None` with fewer than three
-/// checkpoints or two replicates.
-pub(super) fn slopes(
-    points: &[&CheckpointResult],
-    y: impl Fn(&CheckpointResult, Option<usize>) -> f64,
-) -> Option<Vec<f64>> {
-    let replicates = points.first()?.metrics[0].values.len();
-    let fit = |out| least_squares(&points.iter().map(|c| ((c.spp as f64).ln(), y(c, out))).collect::<Vec<_>>());
-    let (n, all) = (replicates as f64, fit(None));
-    let pseudo = |r| n * all - (n - 1.0) * fit(Some(r));
+/// Prefixes of one run are correlated, replicates are not. `None` with fewer than three checkpoints or two replicates.
+pub(super) fn slopes(points: &[&CheckpointResult], y: impl Fn(&CheckpointResult) -> Jackknifed) -> Option<Vec<f64>> {
+    let curve: Vec<(f64, Jackknifed)> = points.iter().map(|c| ((c.spp as f64).ln(), y(c))).collect();
+    let fit =
+        |of: &dyn Fn(&Jackknifed) -> f64| least_squares(&curve.iter().map(|(x, y)| (*x, of(y))).collect::<Vec<_>>());
+    let replicates = curve.first()?.1.without.len();
+    let (n, all) = (replicates as f64, fit(&|y| y.all));
+    let pseudo = |r: usize| n * all - (n - 1.0) * fit(&|y| y.without[r]);
     (points.len() >= 3 && replicates >= 2).then(|| (0..replicates).map(pseudo).collect())
-}
-
-/// Mean of all values but one.
-pub(super) fn mean_without(values: &[f64], out: Option<usize>) -> f64 {
-    let kept = values.iter().enumerate().filter(|(r, _)| Some(*r) != out).map(|(_, v)| v);
-    kept.sum::<f64>() / (values.len() - usize::from(out.is_some())) as f64
 }
 
 /// Fits the logarithm of the mean error over replicates against log N. The mean of logarithms would bend where errors are few
@@ -57,8 +50,8 @@ pub fn slope(checkpoints: &[CheckpointResult], squared: bool) -> Option<Slope> {
         .iter()
         .filter(|c| c.refused.is_none() && c.metrics[0].values.iter().all(|&v| error(v, squared).is_some()))
         .collect();
-    let values =
-        slopes(&usable, |c, out| error(mean_without(&c.metrics[0].values, out), squared).unwrap_or(f64::NAN).ln())?;
+    let log = |mean: f64| error(mean, squared).unwrap_or(f64::NAN).ln();
+    let values = slopes(&usable, |c| within(&c.metrics[0].values).map(log))?;
     Some(Slope {
         slope: mean_interval(&values, CONFIDENCE),
         values,

@@ -1,19 +1,18 @@
 //! How far figures on variance can be trusted: the checks of MCNP and of Geant4's G4ConvergenceTester, for whole fields.
 
-use super::curve::{CONFIDENCE, mean_without, slopes};
+use super::curve::{CONFIDENCE, slopes};
+use super::efficiency::{quotient, within};
 use crate::estimator::Shape;
 use crate::moments::cell::{Checkpoint, Tail};
 use crate::record::{CheckpointResult, Health, Interval, LargestSample};
 use crate::stats::mean_interval;
 use crate::stats::number::{about, significant};
-use crate::stats::tail::tail_index;
+use crate::stats::tail::{LEAST, tail_index};
 
 /// How many samples are named.
 const NAMED: usize = 8;
 /// Share of the weighted variance whose tail is looked at.
 const MOST: f64 = 0.9;
-/// Fewest largest samples whose tail is looked at; of fewer that differ nothing is known.
-const FEWEST: usize = 96;
 /// The tail index where nothing is known: its prior's mean and error.
 const UNKNOWN: [f64; 2] = [0.5, 0.5];
 /// Share of values that counts as the top.
@@ -55,7 +54,7 @@ pub fn health(
     let top = ((TOP * parts.len() as f64).ceil() as usize).clamp(1, parts.len());
     parts.select_nth_unstable_by(top - 1, |a, b| b.total_cmp(a));
     let mut maxima = standardised(last, weights);
-    let few = maxima.len() < FEWEST && maxima.iter().any(|m| *m != maxima[0]);
+    let few = maxima.len() < LEAST && maxima.iter().any(|m| *m != maxima[0]);
     let tail_index = tail_index(&mut maxima).map(|t| [t.k, t.error]).or(few.then_some(UNKNOWN));
     let named = NAMED.min(largest.len());
     largest.select_nth_unstable_by(named - 1, |a, b| b.0.total_cmp(&a.0));
@@ -174,9 +173,9 @@ pub fn drift(checkpoints: &[CheckpointResult], squared: bool) -> Option<Interval
     if usable.iter().any(|c| c.seconds.iter().any(|s| *s <= 0.0)) {
         return None;
     }
-    let slopes = slopes(&usable, |c, out| {
+    let slopes = slopes(&usable, |c| {
         let errors: Vec<f64> = c.metrics[0].values.iter().map(|&v| error2(v)).collect();
-        -(mean_without(&errors, out) * mean_without(&c.seconds, out)).ln()
+        quotient(&within(&errors).map(f64::recip), &within(&c.seconds)).map(f64::ln)
     })?;
     Some(mean_interval(&slopes, CONFIDENCE))
 }

@@ -126,7 +126,7 @@ pub struct Fields {
     pub std_error: Vec<f64>,
     /// Mean over replicates of the sample variance at the last checkpoint.
     pub sample_variance: Vec<f64>,
-    /// How far variances can be trusted; `None` without samples.
+    /// How far variances can be trusted; `None` without samples, and where there is no image.
     pub health: Option<Maps>,
 }
 
@@ -152,7 +152,11 @@ pub fn analyse(
         last = loaded;
     }
     let n = settings.checkpoints.last().copied().unwrap_or(1);
-    let (statistic, dispersion, fields) = spread(&last, &weights, n, subject.dependence);
+    let (statistic, dispersion, mut fields) = spread(&last, &weights, n, subject.dependence);
+    // Only images show them.
+    if settings.shape.channels == 3 {
+        fields.health = Maps::of(&last, n);
+    }
     let relative_variance = jackknife(statistic.all, &statistic.without, CONFIDENCE);
     let squared = settings.metrics[0].squared();
     let slope = slope(&checkpoints, squared).filter(|_| settings.metrics[0].converges_to_zero());
@@ -161,7 +165,7 @@ pub fn analyse(
     let field_seconds: Vec<f64> = last.iter().map(|c| c.seconds / n as f64).collect();
     let field_seconds = median_interval(&field_seconds, CONFIDENCE);
     let independent = subject.dependence == Dependence::Independent;
-    let curve = Curve { checkpoints: &checkpoints, squared, independent, slope: slope.as_ref() };
+    let curve = Curve::new(&checkpoints, squared, subject.dependence, slope.as_ref());
     let known = (independent && settings.metrics[0] == Metric::RelMse).then_some(relative_variance);
     let drift = drift(&checkpoints, squared).filter(|_| settings.metrics[0].converges_to_zero());
     let origin = (settings.shape, settings.origin);
@@ -318,7 +322,7 @@ fn spread(
         Dependence::Independent => (of_samples, sample_variance.clone()),
         _ => (of_means, between_variance.iter().map(|v| v * n as f64).collect()),
     };
-    (statistic, dispersion, Fields { variance, mean, std_error, sample_variance, health: Maps::of(last, n) })
+    (statistic, dispersion, Fields { variance, mean, std_error, sample_variance, health: None })
 }
 
 /// Fills in the ratios with the first strategy; left out where they are 0/0 or without bound.

@@ -181,10 +181,9 @@ impl Claim {
     ) -> Result<Uncertain, String> {
         let target = self.error.expect("checked on loading");
         let needs = |s: &StrategyResult| {
-            let independent = s.dependence == Dependence::Independent;
-            let slope = s.slope.as_ref();
-            let curve = Curve { checkpoints: &s.checkpoints, squared: metric.squared(), independent, slope };
-            curve.reach(target).ok_or_else(|| format!("{}: the curve does not tell when that error is reached", s.name))
+            Curve::of(s, metric)
+                .reach(target)
+                .ok_or_else(|| format!("{}: the curve does not tell when that error is reached", s.name))
         };
         let (a, b) = (needs(of)?, needs(to)?);
         let logs: Vec<f64> = a.iter().zip(&b).map(|(a, b)| (a[1] / b[1]).ln()).collect();

@@ -177,6 +177,15 @@ impl Kind {
     }
 }
 
+/// What an interval comes to.
+struct Decision {
+    verdict: Verdict,
+    /// What stands in the way of a verdict, and what would decide.
+    open: Option<String>,
+    /// Whether it is that the interval is not to be trusted.
+    doubtful: bool,
+}
+
 impl Claim {
     /// What is wrong with the claim, if anything: unknown names, missing or meaningless keys.
     pub fn check(&self, strategies: &[&str], scenes: &[&str]) -> Result<(), String> {
@@ -286,9 +295,7 @@ impl Claim {
     }
 
     fn judge_measure(&self, scene: &str, measure: &Measure) -> ClaimResult {
-        let (verdict, open) = self.decide(measure);
-        let straddles = |i: &Interval| i.lower.zip(i.upper).is_some_and(|(l, u)| self.compare(l, u).is_none());
-        let doubtful = measure.doubt.is_some() || verdict == Verdict::Inconclusive && !straddles(&measure.interval);
+        let Decision { verdict, open, doubtful } = self.decide(measure);
         let confidence = measure.interval.confidence;
         let result = ClaimResult {
             text: self.text.clone(),
@@ -310,26 +317,27 @@ impl Claim {
 
     /// Supported if the whole interval satisfies the thresholds, refuted if all of it violates one, else inconclusive, with
     /// what stands in the way.
-    fn decide(&self, measure: &Measure) -> (Verdict, Option<String>) {
-        let open = |why: String| (Verdict::Inconclusive, Some(why));
+    fn decide(&self, measure: &Measure) -> Decision {
+        let decided = |verdict| Decision { verdict, open: None, doubtful: false };
+        let open = |why, doubtful| Decision { verdict: Verdict::Inconclusive, open: Some(why), doubtful };
         if let Some(doubt) = &measure.doubt {
-            return open(doubt.clone());
+            return open(doubt.clone(), true);
         }
         let Interval { lower: Some(lower), upper: Some(upper), .. } = measure.interval else {
-            return open("no interval could be formed".into());
+            return open("no interval could be formed".into(), true);
         };
         if self.kind == Kind::Finite && self.at_most.is_none() {
             // Nothing found supports it; the sentence says how rare what was not found may be.
-            return (if lower > 0.0 { Verdict::Refuted } else { Verdict::Supported }, None);
+            return decided(if lower > 0.0 { Verdict::Refuted } else { Verdict::Supported });
         }
         let move_by = |x: f64, by: f64| self.kind.off_scale(self.kind.on_scale(x) + by);
         let [down, up] = measure.reach;
         match self.compare(lower, upper) {
-            None => open(self.would_decide(measure)),
+            None => open(self.would_decide(measure), false),
             Some(verdict) if self.compare(move_by(lower, -down), move_by(upper, up)) == Some(verdict) => {
-                (verdict, None)
+                decided(verdict)
             }
-            Some(_) => open(format!("the interval is clear of the threshold, but {UNSEEN_COUNTS}")),
+            Some(_) => open(format!("the interval is clear of the threshold, but {UNSEEN_COUNTS}"), true),
         }
     }
 
@@ -390,7 +398,7 @@ impl Claim {
 }
 
 /// An unknown name is an error with a suggestion.
-fn known(what: &str, name: &str, all: &[&str]) -> Result<(), String> {
+pub(crate) fn known(what: &str, name: &str, all: &[&str]) -> Result<(), String> {
     if all.contains(&name) {
         return Ok(());
     }

@@ -1,5 +1,6 @@
 use super::render::Settings;
 use super::{print, use_threads};
+use crate::claim::known;
 use crate::error::{Error, Place, Result};
 use crate::estimator::cpu::{CpuEstimator, PreparedScene};
 use crate::estimator::{Estimator, dependence_of};
@@ -9,7 +10,6 @@ use crate::sampling::strategy::{Preset, Strategy};
 use crate::sampling::{Draw, Key, Role};
 use crate::stats::number::{about, significant};
 use crate::transport::sink::Recorder;
-use clap::ValueEnum;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -98,11 +98,8 @@ impl Replay {
             return Err(Error::Usage("--largest and --scene are for experiments (TOML)".into()));
         }
         let name = self.strategy.as_deref().unwrap_or(Preset::Mis.label());
-        let preset = Preset::from_str(name, true).map_err(|_| {
-            let known = Preset::ALL.map(Preset::label);
-            let hint = crate::error::suggestion(name, known).map(|s| format!("; did you mean `{s}`?"));
-            Error::Usage(format!("--strategy {name}: {} are allowed{}", known.join(", "), hint.unwrap_or_default()))
-        })?;
+        known("preset", name, &Preset::ALL.map(Preset::label)).map_err(Error::Usage)?;
+        let preset = Preset::ALL.into_iter().find(|p| p.label() == name).expect("it is known");
         let strategy = self.settings.strategy(preset);
         let estimator = CpuEstimator::new(Arc::new(self.settings.prepare(&self.file)?), strategy);
         let tracer = Tracer { estimator, strategy, seed: self.settings.seed, spp: self.spp.unwrap_or(64) };
@@ -142,10 +139,9 @@ impl Replay {
     /// The place of a name in a list; without a name the first.
     fn named(&self, what: &str, name: Option<&str>, all: &[String]) -> Result<usize> {
         let Some(name) = name else { return Ok(0) };
-        all.iter().position(|n| n == name).ok_or_else(|| {
-            let message = format!("no {what} is named `{name}` (there are {})", all.join(", "));
-            Error::input(Place::file(&self.file), message)
-        })
+        let names: Vec<&str> = all.iter().map(String::as_str).collect();
+        known(what, name, &names).map_err(|message| Error::input(Place::file(&self.file), message))?;
+        Ok(names.iter().position(|n| *n == name).expect("it is known"))
     }
 
     /// Seed and samples per pixel of a strategy's run, and its largest samples.

@@ -70,6 +70,16 @@ pub struct Outcomes {
 }
 
 impl Outcomes {
+    /// All verdicts.
+    pub const fn total(&self) -> u32 {
+        self.trusted() + self.doubtful
+    }
+
+    /// Intervals that hold the truth.
+    pub const fn holding(&self) -> u32 {
+        self.covered + self.covered_doubtful
+    }
+
     /// Verdicts that the tool trusts its interval for.
     pub const fn trusted(&self) -> u32 {
         self.supported + self.refuted + self.open

@@ -237,6 +237,14 @@ pub struct Jackknifed {
     pub without: Vec<f64>,
 }
 
+impl Jackknifed {
+    /// A function of the statistic.
+    #[must_use]
+    pub fn map(&self, f: impl Fn(f64) -> f64) -> Self {
+        Self { all: f(self.all), without: self.without.iter().map(|&x| f(x)).collect() }
+    }
+}
+
 /// Checks in the manner of MCNP and Geant4 (G4ConvergenceTester) at the last checkpoint, over all replicates. Samples are
 /// weighted like the relative variance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

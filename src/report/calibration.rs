@@ -117,9 +117,9 @@ fn find<'c>(checks: &'c [Check], what: What, scene: &str, subject: &str) -> Opti
 fn verdict_row(v: &Verdicts, checks: &[Check]) -> Vec<String> {
     let Some(last) = v.points.last() else { return vec![v.text.clone()] };
     let cell = |what| find(checks, what, &v.scene, &v.text).map_or_else(|| NONE.into(), share);
-    let total = f64::from(last.trusted() + last.doubtful);
+    let total = f64::from(last.total());
     // What is not held to its confidence is still shown.
-    let covered = f64::from(last.covered + last.covered_doubtful) / total;
+    let covered = f64::from(last.holding()) / total;
     let promise = [What::Coverage, What::CoverageAtLeast].into_iter().find_map(|w| find(checks, w, &v.scene, &v.text));
     let covered = match (promise, v.truth) {
         (Some(check), _) => share(check),
@@ -282,11 +282,11 @@ fn figure(c: &Calibration) -> Option<String> {
 /// Wrong verdicts and missed truths of one claim on one scene.
 fn draw_shares(canvas: &Canvas, frame: &Frame, v: &Verdicts, style: usize) {
     let line = |count: &dyn Fn(&Outcomes) -> u32| -> Vec<(f64, f64)> {
-        let share = |p: &Outcomes| 100.0 * f64::from(count(p)) / f64::from(p.trusted() + p.doubtful);
+        let share = |p: &Outcomes| 100.0 * f64::from(count(p)) / f64::from(p.total());
         v.points.iter().map(|p| (frame.x.at(p.spp as f64), frame.y.at(share(p)))).collect()
     };
     let wrong = line(&|p| p.wrong(v.holds));
-    let missed = line(&|p| p.trusted() + p.doubtful - p.covered - p.covered_doubtful);
+    let missed = line(&|p| p.total() - p.holding());
     canvas.dashes(&missed, colour(style), 1.0, (3.0, 3.0));
     canvas.line(&wrong, colour(style), 1.5);
     for at in wrong {

@@ -2,14 +2,14 @@
 
 use super::scene::{Examined, Source, examine, results, turns};
 use super::{Options, Plan, PlannedScene, Runner, Stop, powers_of_two, progress_bar};
-use crate::analysis::cost::PREDICTION;
+use crate::analysis::cost::{Curve, PREDICTION};
 use crate::analysis::scene::Reference;
 use crate::claim::{Claim, Kind};
 use crate::error::{Error, Result};
 use crate::estimator::{Cell, Estimate, interrupted};
 use crate::moments::cell::Checkpoint;
 use crate::record::calibration::{Calibration, Forecasts, Outcomes, Power, Verdicts};
-use crate::record::{ClaimResult, Dependence, ReferenceResult, SceneResult, StrategyResult, Verdict};
+use crate::record::{ClaimResult, ReferenceResult, SceneResult, Verdict};
 use crate::sampling::{Key, Role, Sequence};
 use crate::stats::interval::median;
 use rayon::prelude::*;
@@ -114,8 +114,10 @@ impl Subject<'_> {
             _ => {
                 source.sample(scene, self.reference, 0..plan.replicates)?;
                 let mut last = None;
-                // Two samples are the fewest that have a variance.
-                for k in (0..plan.checkpoints.len()).filter(|&k| plan.checkpoints[k] > 1) {
+                // Two samples are the fewest that have a variance; without claims only the last N matters, to forecasts.
+                let end = plan.checkpoints.len();
+                let first = if plan.claims.is_empty() { end - 1 } else { 0 };
+                for k in (first..end).filter(|&k| plan.checkpoints[k] > 1) {
                     let have = vec![k + 1; scene.contenders.len()];
                     let (result, _) = results(plan, scene, reference, plan.replicates, &have, &source)?;
                     let judge = |c: &Claim| c.judge(&result, plan.metrics[0], 1.0);
@@ -152,21 +154,12 @@ impl Subject<'_> {
     /// The verdict of a fresh run with so many samples.
     fn again(&self, claim: &Claim, spp: u64, seed: u64) -> Result<Verdict> {
         let plan = Plan {
-            name: self.plan.name.clone(),
-            question: None,
-            experiment: String::new(),
             seed,
             replicates: self.plan.replicates,
-            stop: Stop::Never,
             checkpoints: powers_of_two(spp),
             metrics: self.plan.metrics.clone(),
-            targets: Vec::new(),
-            probes: Vec::new(),
-            log_pixels: false,
-            scenes: Vec::new(),
             claims: vec![claim.clone()],
-            devices: Vec::new(),
-            warnings: Vec::new(),
+            ..Plan::default()
         };
         let mut source = Memory { checkpoints: &plan.checkpoints, seed, kept: Vec::new() };
         let examined = examine(&plan, self.scene, (self.reference, self.described), &mut source)?;
@@ -179,8 +172,9 @@ impl Subject<'_> {
         let share = metric.reference_share(&self.reference.mean, &self.reference.variance);
         let mut forecasts = Vec::new();
         for (i, s) in result.strategies.iter().enumerate() {
+            let order = Curve::of(s, metric).order.map(|o| o.value);
             for cost in &s.cost {
-                let Some(forecast) = &cost.forecast else { continue };
+                let (Some(forecast), Some(order)) = (&cost.forecast, order) else { continue };
                 let contender = &self.scene.contenders[i];
                 let n = forecast.spp.estimate.max(1.0);
                 if n > MOST * result.strategies[i].checkpoints.last().map_or(1.0, |c| c.spp as f64) {
@@ -195,21 +189,13 @@ impl Subject<'_> {
                 let estimate = contender.estimator.estimate(&Cell { key, length: n }, n, &mut None)?;
                 let error = metric.measure(&estimate.field, &self.reference.mean, share).value;
                 let error = if metric.squared() { error.sqrt() } else { error };
-                let spp = n as f64 * (error / cost.target).powf(-1.0 / order(s));
+                let spp = n as f64 * (error / cost.target).powf(-1.0 / order);
                 let seconds = spp * estimate.seconds / n as f64;
                 let held = [forecast.spp.contains(spp), forecast.seconds.contains(seconds)];
                 forecasts.push(Forecast { strategy: i, target: cost.target, spp: forecast.spp.estimate, held });
             }
         }
         Ok(forecasts)
-    }
-}
-
-/// Power of N with which a strategy's error falls.
-fn order(s: &StrategyResult) -> f64 {
-    match (s.dependence, &s.slope) {
-        (Dependence::Independent, _) | (_, None) => -0.5,
-        (_, Some(slope)) => slope.slope.estimate,
     }
 }
 

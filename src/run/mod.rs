@@ -92,16 +92,11 @@ pub fn quick(name: &str, estimator: &dyn Estimator, exact: f64, samples: u64, re
     };
     let plan = Plan {
         name: name.into(),
-        question: None,
-        experiment: String::new(),
         seed: 1,
         replicates,
-        stop: Stop::Never,
         checkpoints: powers_of_two(samples),
         metrics: vec![Metric::RelMse],
         targets: vec![0.01],
-        probes: Vec::new(),
-        log_pixels: false,
         scenes: vec![PlannedScene {
             name: name.into(),
             contenders: vec![contender],
@@ -109,9 +104,7 @@ pub fn quick(name: &str, estimator: &dyn Estimator, exact: f64, samples: u64, re
             max_depth: None,
             rendered: false,
         }],
-        claims: Vec::new(),
-        devices: Vec::new(),
-        warnings: Vec::new(),
+        ..Plan::default()
     };
     let options = Options { out: folder.path().to_owned(), fresh: true, quiet: true };
     run(&plan, &options).map(|(record, _)| record)

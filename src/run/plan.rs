@@ -9,7 +9,9 @@ use crate::stats::Metric;
 use crate::stats::sequential::spend;
 use std::path::PathBuf;
 
-/// Everything that a run needs, resolved and checked.
+/// Everything that a run needs, resolved and checked. The default has no checkpoints, metrics and replicates, which every plan
+/// needs.
+#[derive(Default)]
 pub struct Plan<'a> {
     /// Name of the experiment.
     pub name: String,
@@ -44,9 +46,10 @@ pub struct Plan<'a> {
 }
 
 /// When a run ends before its budget is spent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Stop {
     /// Never.
+    #[default]
     Never,
     /// On each scene when every claim about it is decided: looked at after certain numbers of replicates.
     Decided,

@@ -24,6 +24,8 @@ pub struct TailIndex {
 
 /// Fewest values above the threshold from which [`tail_index`] judges.
 const FEWEST: usize = 20;
+/// Fewest samples of which that many can lie above it.
+pub const LEAST: usize = 96;
 /// Weight, in values, and mean of the prior of k.
 const PRIOR: (f64, f64) = (10.0, 0.5);
 
@@ -79,7 +81,7 @@ pub fn generalised_pareto(exceedances: &[f64]) -> Option<Pareto> {
 /// 0.9/√used).
 ///
 /// Samples that equal the threshold are not above it: those with few different values may leave none. `None` where
-/// fewer than 20 are above, which takes 96 samples at least, where these are all the same, or where a sample is not
+/// fewer than 20 are above, which takes [`LEAST`] samples, where these are all the same, or where a sample is not
 /// finite. `None` says nothing about the tail: rare large values may be in it, too rare to be judged.
 pub fn tail_index(samples: &mut [f64]) -> Option<TailIndex> {
     let n = samples.len();

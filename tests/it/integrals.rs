@@ -2,10 +2,12 @@
 
 use crate::support::{level, seed};
 use rootn::estimator::integrand::{Integrand, IntegrandEstimator};
+use rootn::estimator::mock::{Distribution, Knobs, Mock};
+use rootn::estimator::{Cell, Estimator};
 use rootn::record::{Interval, SceneResult, StrategyResult};
 use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, Stop, powers_of_two, run};
-use rootn::sampling::Sequence;
 use rootn::sampling::strategy::{Preset, Strategy};
+use rootn::sampling::{Key, Sequence};
 use rootn::stats::metric::weight;
 use rootn::stats::{Metric, mean_interval};
 
@@ -200,5 +202,24 @@ fn rare_and_unbounded_values_are_told() {
     for s in &pole.strategies {
         assert!(s.slope.as_ref().unwrap().slope.upper.unwrap() < -0.2);
         assert!(s.relative_variance.estimate.is_finite());
+    }
+}
+
+#[test]
+fn mocks_have_the_mean_and_the_variance_that_they_say() {
+    use Distribution::{Bernoulli, Exponential, LogNormal, Normal, Pareto3};
+    for distribution in [Normal, Exponential, Bernoulli, LogNormal, Pareto3] {
+        let knobs = Knobs { spread: 2.0, bias: 0.5, ..Knobs::default() };
+        let mock = Mock { distribution, knobs, size: [16, 16], sequence: Sequence::Stratified };
+        // Strata leave next to no noise in the mean, and little in the variance of 2²⁰ samples.
+        let cell = Cell { key: Key([7, 9]), length: 4096 };
+        let estimate = mock.estimate(&cell, 4096, &mut None).unwrap();
+        let mean = estimate.field.iter().sum::<f64>() / 256.0;
+        assert!((mean - 1.5).abs() < 0.005, "{distribution:?}: {mean}");
+        let variances = estimate.moments.unwrap().fold_map(|m| m.sample_variance().unwrap());
+        let variance = variances.iter().sum::<f64>() / 256.0;
+        // Pareto 3 has no fourth moment, and its variance converges slowly.
+        assert!((variance / (4.0 * distribution.variance()) - 1.0).abs() < 0.1, "{distribution:?}: {variance}");
+        assert!((estimate.seconds / (256.0 * 4096.0 * 1e-6) - 1.0).abs() < 0.1, "{distribution:?}");
     }
 }
