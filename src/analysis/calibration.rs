@@ -5,6 +5,7 @@ use crate::record::calibration::{Calibration, Forecasts, Outcomes, Verdicts};
 use crate::stats::multiple::holm;
 use crate::stats::number::percent;
 use statrs::distribution::{Binomial, DiscreteCDF};
+use std::collections::BTreeSet;
 
 /// Largest variance of the variance, that is about kurtosis / number of samples, up to which intervals are held to their
 /// confidence from both sides. Beyond, verdicts may be rarer than promised, but not wrong more often.
@@ -14,8 +15,11 @@ pub const TRUSTED: f64 = 5e-4;
 pub const UNFOUNDED: f64 = 0.01;
 
 /// Shares within which prediction intervals of 90 % must hold: what their approximations may miss by, and noise. Beside each
-/// the fewest repetitions for which it is asked for; with fewer nothing is.
+/// the fewest trials for which it is asked for; with fewer nothing is.
 const FORECASTS: [(u32, [f64; 2]); 2] = [(2000, [0.87, 0.93]), (200, [0.83, 0.96])];
+
+/// In place of a scene: all of them.
+pub const ALL: &str = "all scenes";
 
 /// Error probability of all tests of a calibration together.
 pub const ERROR: f64 = 0.01;
@@ -81,8 +85,16 @@ pub fn checks(c: &Calibration) -> Vec<Check> {
         checks[i].p = Some(p);
         checks[i].kept = p > ERROR;
     }
-    let limits = FORECASTS.iter().find(|(repetitions, _)| c.repetitions >= *repetitions);
-    checks.extend(limits.iter().flat_map(|l| c.forecasts.iter().flat_map(|f| of_forecasts(f, l.1))));
+    if c.repetitions >= FORECASTS[1].0 {
+        let each = c.forecasts.iter().flat_map(|f| of_forecasts(&f.scene, &f.subject(), &[f], c.repetitions));
+        checks.extend(each);
+    } else {
+        // Too few of each: how far orders change is a matter of scene and error, and the intervals speak of all.
+        for strategy in c.forecasts.iter().map(|f| &f.strategy).collect::<BTreeSet<_>>() {
+            let of: Vec<&Forecasts> = c.forecasts.iter().filter(|f| f.strategy == *strategy).collect();
+            checks.extend(of_forecasts(ALL, strategy, &of, of.iter().map(|f| f.trials).sum()));
+        }
+    }
     checks
 }
 
@@ -128,21 +140,26 @@ fn of_verdicts(v: &Verdicts, repetitions: u32) -> Vec<Check> {
     checks
 }
 
-fn of_forecasts(f: &Forecasts, limits: [f64; 2]) -> impl Iterator<Item = Check> + '_ {
-    let held = [(What::ForecastSpp, Some(f.spp_held)), (What::ForecastSeconds, f.seconds_held)];
-    held.into_iter().filter_map(|(what, found)| Some((what, found?))).map(move |(what, found)| {
-        let share = f64::from(found) / f64::from(f.trials);
-        Check {
-            what,
-            scene: f.scene.clone(),
-            subject: format!("{} to {}", f.strategy, percent(f.target)),
-            found,
-            trials: f.trials,
-            promised: f.confidence,
-            p: None,
-            kept: (limits[0]..=limits[1]).contains(&share),
-        }
-    })
+impl Forecasts {
+    /// What checks call it.
+    pub fn subject(&self) -> String {
+        format!("{} to {}", self.strategy, percent(self.target))
+    }
+}
+
+/// Of all of them together, by the limits for so many trials.
+fn of_forecasts(scene: &str, subject: &str, all: &[&Forecasts], count: u32) -> Vec<Check> {
+    let trials = all.iter().map(|f| f.trials).sum();
+    let Some((_, limits)) = FORECASTS.iter().find(|(fewest, _)| count >= *fewest) else { return Vec::new() };
+    let check = |what, found: Option<u32>| {
+        let found = found?;
+        let kept = (limits[0]..=limits[1]).contains(&(f64::from(found) / f64::from(trials)));
+        let (scene, subject) = (scene.to_owned(), subject.to_owned());
+        Some(Check { what, scene, subject, found, trials, promised: all[0].confidence, p: None, kept })
+    };
+    let samples = all.iter().map(|f| f.spp_held).sum();
+    let seconds = all.iter().map(|f| f.seconds_held).sum();
+    [check(What::ForecastSpp, Some(samples)), check(What::ForecastSeconds, seconds)].into_iter().flatten().collect()
 }
 
 /// P(X ≤ found), X binomial.

@@ -30,9 +30,15 @@ pub fn common_spp<'a>(strategies: impl IntoIterator<Item = &'a StrategyResult, I
     first.checkpoints.iter().rev().map(|c| c.spp).find(|&n| strategies.clone().all(|s| usable(s, n)))
 }
 
+/// Checkpoints that may be judged and whose error is positive in every replicate.
+pub(super) fn usable(checkpoints: &[CheckpointResult], squared: bool) -> Vec<&CheckpointResult> {
+    let positive = |c: &CheckpointResult| c.metrics[0].values.iter().all(|&v| error(v, squared).is_some());
+    checkpoints.iter().filter(|c| c.refused.is_none() && positive(c)).collect()
+}
+
 /// Slope over log N of what `y` says of a checkpoint's replicates, as the jackknife's pseudo-values, one per replicate: their
 /// mean is the slope, their spread its error (Tukey 1958; Efron & Tibshirani, An Introduction to the Bootstrap, 1993, §11.5).
-/// Prefixes of one run are correlated, replicates are not. `None` with fewer than three checkpoints or two replicates.
+/// Prefixes of one run are correlated, replicates are not. `None` with fewer than two checkpoints or replicates.
 pub(super) fn slopes(points: &[&CheckpointResult], y: impl Fn(&CheckpointResult) -> Jackknifed) -> Option<Vec<f64>> {
     let curve: Vec<(f64, Jackknifed)> = points.iter().map(|c| ((c.spp as f64).ln(), y(c))).collect();
     let fit =
@@ -40,18 +46,20 @@ pub(super) fn slopes(points: &[&CheckpointResult], y: impl Fn(&CheckpointResult)
     let replicates = curve.first()?.1.without.len();
     let (n, all) = (replicates as f64, fit(&|y| y.all));
     let pseudo = |r: usize| n * all - (n - 1.0) * fit(&|y| y.without[r]);
-    (points.len() >= 3 && replicates >= 2).then(|| (0..replicates).map(pseudo).collect())
+    (points.len() >= 2 && replicates >= 2).then(|| (0..replicates).map(pseudo).collect())
 }
 
-/// Fits the logarithm of the mean error over replicates against log N. The mean of logarithms would bend where errors are few
-/// and skewed. Uses the checkpoints that are not refused and positive in every replicate.
-pub fn slope(checkpoints: &[CheckpointResult], squared: bool) -> Option<Slope> {
-    let usable: Vec<&CheckpointResult> = checkpoints
-        .iter()
-        .filter(|c| c.refused.is_none() && c.metrics[0].values.iter().all(|&v| error(v, squared).is_some()))
-        .collect();
+/// [`slopes`] of the logarithm of the mean error over replicates. The mean of logarithms would bend where errors are few and
+/// skewed.
+pub(super) fn error_slopes(points: &[&CheckpointResult], squared: bool) -> Option<Vec<f64>> {
     let log = |mean: f64| error(mean, squared).unwrap_or(f64::NAN).ln();
-    let values = slopes(&usable, |c| within(&c.metrics[0].values).map(log))?;
+    slopes(points, |c| within(&c.metrics[0].values).map(log))
+}
+
+/// Fits the logarithm of the mean error against log N over the usable checkpoints; `None` with fewer than three.
+pub fn slope(checkpoints: &[CheckpointResult], squared: bool) -> Option<Slope> {
+    let usable = usable(checkpoints, squared);
+    let values = error_slopes(&usable, squared).filter(|_| usable.len() >= 3)?;
     Some(Slope {
         slope: mean_interval(&values, CONFIDENCE),
         values,

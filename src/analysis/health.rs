@@ -1,6 +1,6 @@
 //! How far figures on variance can be trusted: the checks of MCNP and of Geant4's G4ConvergenceTester, for whole fields.
 
-use super::curve::{CONFIDENCE, slopes};
+use super::curve::{CONFIDENCE, slopes, usable};
 use super::efficiency::{quotient, within};
 use crate::estimator::Shape;
 use crate::moments::cell::{Checkpoint, Tail};
@@ -165,12 +165,8 @@ fn standardised(last: &[Checkpoint], weights: &[f64]) -> Vec<f64> {
 pub fn drift(checkpoints: &[CheckpointResult], squared: bool) -> Option<Interval> {
     let last = checkpoints.last()?.spp as f64;
     let error2 = |v: f64| if squared { v } else { v * v };
-    let usable = |c: &&CheckpointResult| {
-        let fine = |&v: &f64| error2(v) > 0.0 && v.is_finite();
-        c.spp as f64 >= last.sqrt() && c.refused.is_none() && c.metrics[0].values.iter().all(fine)
-    };
-    let usable: Vec<_> = checkpoints.iter().filter(usable).collect();
-    if usable.iter().any(|c| c.seconds.iter().any(|s| *s <= 0.0)) {
+    let usable: Vec<_> = usable(checkpoints, squared).into_iter().filter(|c| c.spp as f64 >= last.sqrt()).collect();
+    if usable.len() < 3 || usable.iter().any(|c| c.seconds.iter().any(|s| *s <= 0.0)) {
         return None;
     }
     let slopes = slopes(&usable, |c| {
@@ -197,7 +193,8 @@ impl RestsOn {
     /// Largest share of the variance that may be expected in samples that were not seen.
     const fn unseen_limit(self) -> f64 {
         match self {
-            Self::Mean | Self::Curve(_) => 0.2,
+            Self::Curve(_) => 0.2,
+            Self::Mean => 0.1,
             Self::Variance | Self::Dispersion => 0.05,
         }
     }

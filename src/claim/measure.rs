@@ -180,14 +180,15 @@ impl Claim {
         metric: Metric,
     ) -> Result<Uncertain, String> {
         let target = self.error.expect("checked on loading");
-        let needs = |s: &StrategyResult| {
-            Curve::of(s, metric)
-                .reach(target)
-                .ok_or_else(|| format!("{}: the curve does not tell when that error is reached", s.name))
+        let curves = [Curve::of(of, metric), Curve::of(to, metric)];
+        let needs = |i: usize| {
+            let known = curves[i].reach(target).zip(curves[i].doubt(target));
+            known.ok_or_else(|| format!("{}: the curve does not tell when that error is reached", [of, to][i].name))
         };
-        let (a, b) = (needs(of)?, needs(to)?);
+        let ((a, a_doubt), (b, b_doubt)) = (needs(0)?, needs(1)?);
         let logs: Vec<f64> = a.iter().zip(&b).map(|(a, b)| (a[1] / b[1]).ln()).collect();
-        Uncertain::mean(&logs).filter(|u| u.value.is_finite()).ok_or_else(|| "no seconds were measured".into())
+        let ratio = Uncertain::mean(&logs).map(|u| u.minus(a_doubt).minus(b_doubt));
+        ratio.filter(|u| u.value.is_finite()).ok_or_else(|| "no seconds were measured".into())
     }
 }
 

@@ -40,8 +40,7 @@ impl Calibrate {
         })?;
         let checks = checks(&done);
         if checks.is_empty() {
-            let message =
-                "nothing to be counted: no [[claim]], and no forecasts of `targets` with 200 repetitions or more";
+            let message = "nothing to be counted: no [[claim]], and no forecasts of `targets` with 200 trials or more";
             return Err(Error::input(Place::file(path), message));
         }
         report::write_calibration(&done, &checks, &self.settings.out)?;

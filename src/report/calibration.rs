@@ -5,7 +5,7 @@ use super::canvas::{Anchor, Canvas, GREY, INK, TEXT, colour, fit, png, rasterise
 use super::plain;
 use super::plot::PNG_SCALE;
 use super::table::{CONSOLE, MARKDOWN, NONE, draw, escape};
-use crate::analysis::calibration::{Check, ERROR, TRUSTED, What};
+use crate::analysis::calibration::{ALL, Check, ERROR, TRUSTED, What};
 use crate::error::Result;
 use crate::record::calibration::{Calibration, Forecasts, Outcomes, Verdicts};
 use crate::record::write_atomically;
@@ -87,7 +87,10 @@ fn tables(c: &Calibration, checks: &[Check], style: TableStyle, cell: fn(&str) -
     }
     if !c.forecasts.is_empty() {
         let columns = ["scene", "strategy", "error", "pilot N", "forecast N", "samples held", "seconds held"];
-        let rows: Vec<_> = c.forecasts.iter().map(|f| forecast_row(f, checks)).collect();
+        let mut rows: Vec<_> = c.forecasts.iter().map(|f| forecast_row(f, checks)).collect();
+        rows.extend(
+            checks.iter().filter(|k| k.scene == ALL && k.what == What::ForecastSpp).map(|k| all_row(k, checks)),
+        );
         tables.push(draw(&columns.map(str::to_owned), &rows, 2, style, cell));
     }
     tables
@@ -150,17 +153,28 @@ fn verdict_row(v: &Verdicts, checks: &[Check]) -> Vec<String> {
 }
 
 fn forecast_row(f: &Forecasts, checks: &[Check]) -> Vec<String> {
-    let subject = format!("{} to {}", f.strategy, percent(f.target));
-    let cell = |what| find(checks, what, &f.scene, &subject).map_or_else(|| NONE.into(), share);
+    let cell = |what, held: Option<u32>| match (find(checks, what, &f.scene, &f.subject()), held) {
+        (Some(check), _) => share(check),
+        // Too few to be judged alone.
+        (None, Some(held)) => format!("({})", rate(f64::from(held) / f64::from(f.trials))),
+        (None, None) => NONE.into(),
+    };
     vec![
         f.scene.clone(),
         f.strategy.clone(),
         percent(f.target),
         f.pilot.to_string(),
         significant(f.spp, 2),
-        cell(What::ForecastSpp),
-        cell(What::ForecastSeconds),
+        cell(What::ForecastSpp, Some(f.spp_held)),
+        cell(What::ForecastSeconds, f.seconds_held),
     ]
+}
+
+/// A strategy's forecasts on all scenes together.
+fn all_row(samples: &Check, checks: &[Check]) -> Vec<String> {
+    let seconds = find(checks, What::ForecastSeconds, ALL, &samples.subject).map_or_else(|| NONE.into(), share);
+    let none = || String::from(NONE);
+    vec![ALL.into(), samples.subject.clone(), none(), none(), none(), share(samples), seconds]
 }
 
 /// What columns mean.
@@ -183,7 +197,8 @@ fn notes(c: &Calibration) -> Vec<String> {
     }
     if !c.forecasts.is_empty() {
         notes.push(
-            "samples held, seconds held: one more run needed as many as the 90 % prediction interval of the pilot said."
+            "samples held, seconds held: one more run needed as many as the 90 % prediction interval of the pilot said. Shares \
+             in brackets are of too few trials to be judged alone and are judged together."
                 .into(),
         );
     }

@@ -172,8 +172,8 @@ impl Subject<'_> {
         let share = metric.reference_share(&self.reference.mean, &self.reference.variance);
         let mut forecasts = Vec::new();
         for (i, s) in result.strategies.iter().enumerate() {
-            let order = Curve::of(s, metric).order.map(|o| o.value);
             for cost in &s.cost {
+                let order = Curve::of(s, metric).order_at(cost.target);
                 let (Some(forecast), Some(order)) = (&cost.forecast, order) else { continue };
                 let contender = &self.scene.contenders[i];
                 let n = forecast.spp.estimate.max(1.0);
@@ -185,12 +185,15 @@ impl Subject<'_> {
                     Sequence::Sobol => 2f64.powf(n.log2().round()),
                     _ => n.round(),
                 } as u64;
-                let key = Key::new(seed, Role::Calibration, &contender.strategy.identity(), self.plan.replicates);
-                let estimate = contender.estimator.estimate(&Cell { key, length: n }, n, &mut None)?;
-                let error = metric.measure(&estimate.field, &self.reference.mean, share).value;
+                // As the pilot's replicates were: in turn with the other strategies, checkpoint by checkpoint.
+                let checkpoints = powers_of_two(n);
+                let mut source = Memory { checkpoints: &checkpoints, seed, kept: Vec::new() };
+                source.sample(self.scene, self.reference, self.plan.replicates..self.plan.replicates + 1)?;
+                let run = &source.kept[0][i][checkpoints.len() - 1];
+                let error = metric.measure(&run.mean, &self.reference.mean, share).value;
                 let error = if metric.squared() { error.sqrt() } else { error };
-                let spp = n as f64 * (error / cost.target).powf(-1.0 / order);
-                let seconds = spp * estimate.seconds / n as f64;
+                let spp = n as f64 * (error / cost.target).powf(-1.0 / order.value);
+                let seconds = spp * run.seconds / n as f64;
                 let held = [forecast.spp.contains(spp), forecast.seconds.contains(seconds)];
                 forecasts.push(Forecast { strategy: i, target: cost.target, spp: forecast.spp.estimate, held });
             }

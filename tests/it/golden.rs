@@ -56,6 +56,9 @@ fn calibration_tables() {
     same("calibration.txt", &text);
     same("calibration.md", &std::fs::read_to_string(here.join("reports/calibration.md")).unwrap());
     assert_eq!(text, ends(here, 1, &["calibrate", "calibration.toml", "--quiet", "--threads", "1"]).0);
+    // Too few trials of each forecast, enough of all together.
+    std::fs::copy(golden("forecasts.toml"), here.join("forecasts.toml")).unwrap();
+    same("forecasts.txt", &ends(here, 0, &["calibrate", "forecasts.toml", "--quiet"]).0);
     let (_, stderr) = ends(here, 2, &["calibrate", golden("claims.toml").to_str().unwrap(), "--quiet"]);
     assert!(stderr.contains("no [calibration]"), "{stderr}");
 }

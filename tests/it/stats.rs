@@ -1,13 +1,14 @@
 //! Intervals: quantiles against SciPy, coverage by simulation. SciPy 1.17 gave the constants; each call is beside them.
 
 use crate::support::{level, seed};
+use rootn::analysis::cost::Curve;
 use rootn::analysis::curve::slope;
 use rootn::analysis::efficiency::{between, within};
 use rootn::analysis::{efficiency_ratio, variance_ratio};
 use rootn::record::{CheckpointResult, Dependence, Interval, MetricResult, NonFinite, StrategyResult};
 use rootn::sampling::rng::{Key, philox4x32, unit_f64};
 use rootn::sampling::strategy::Preset;
-use rootn::stats::interval::{log_ratio, median, median_interval, quantile};
+use rootn::stats::interval::{Uncertain, log_ratio, median, median_interval, quantile};
 use rootn::stats::{jackknife, mean_interval, student_t};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
@@ -328,6 +329,84 @@ fn naive_slope(errors: &[f64]) -> Interval {
     Interval { estimate, lower: Some(estimate - half), upper: Some(estimate + half), confidence: 0.95 }
 }
 
+/// Checkpoints at N = 1, 2, 4 … with each replicate's squared errors, and their seconds by N.
+fn curve(replicates: &[Vec<f64>], seconds: impl Fn(u64) -> f64) -> Vec<CheckpointResult> {
+    let checkpoint = |k: usize| {
+        let values: Vec<f64> = replicates.iter().map(|r| r[k]).collect();
+        let seconds = vec![seconds(1 << k); values.len()];
+        CheckpointResult {
+            spp: 1 << k,
+            wall_seconds: seconds.clone(),
+            seconds,
+            metrics: vec![MetricResult { mean: mean_interval(&values, 0.95), values, trimmed: None }],
+            predicted: None,
+            refused: None,
+        }
+    };
+    (0..replicates[0].len()).map(checkpoint).collect()
+}
+
+/// Squared errors at N = 1, 2, 4 … of a curve with an order per octave.
+fn bent(orders: &[f64]) -> Vec<f64> {
+    let mut error = vec![1.0];
+    orders.iter().for_each(|order| error.push(error[error.len() - 1] * 4f64.powf(*order)));
+    error
+}
+
+#[test]
+fn needs_along_a_bent_curve() {
+    let orders = [-1.0, -1.0, -0.6, -0.6];
+    let checkpoints = curve(&[bent(&orders), bent(&orders)], |n| 3.0 + 0.1 * n as f64);
+    let slope = slope(&checkpoints, true);
+    let curve = Curve::new(&checkpoints, true, Dependence::Dependent, slope.as_ref());
+    // That of N = 4, 8, 16; the standard deviation of four steps times √(1 + 1/4), on three degrees.
+    let order = curve.order.unwrap();
+    assert!(close(order.value, -0.6) && close(order.error, (0.16f64 / 3.0 * 1.25).sqrt()), "{order:?}");
+    assert!(close(order.degrees, 3.0), "{order:?}");
+    // Between N = 2 and 4 the error is ½ to ¼, beyond 16 it falls as N^(−0.6). Seconds lie on the line, first ones included.
+    for (target, spp) in [(0.125f64.sqrt(), 8f64.sqrt()), (0.25 * 16f64.powf(-0.6), 64.0)] {
+        let need = curve.reach(target).unwrap()[1];
+        assert!(close(need[0], spp) && close(need[1], 3.0 + 0.1 * spp), "{target}: {need:?}");
+    }
+    assert!(curve.doubt(0.125f64.sqrt()).unwrap().error < 1e-12);
+    // From 16 on: log of the distance in errors, over the squared order, times the order's error.
+    let doubt = curve.doubt(0.25 * 16f64.powf(-0.6)).unwrap();
+    assert!(close(doubt.error, 4f64.ln() * 0.6 / 0.36 * order.error), "{doubt:?}");
+    // Of independent samples the order is known.
+    let curve = Curve::new(&checkpoints, true, Dependence::Independent, slope.as_ref());
+    assert_eq!(curve.doubt(0.01).unwrap().error, 0.0);
+}
+
+/// Orders that differ from octave to octave: a forecast of the next one must allow for it.
+#[test]
+fn coverage_of_forecasts_of_bent_curves() {
+    let test = "coverage of forecasts of bent curves";
+    let mut random = Random::new(test);
+    let (mut ours, mut power_law) = (0, 0);
+    for _ in 0..REPETITIONS {
+        let orders: Vec<f64> = (0..6).map(|_| -0.7 + 0.1 * random.normal()).collect();
+        let exact = bent(&orders);
+        let mut noisy = || exact.iter().map(|e| e * (0.08 * random.normal()).exp()).collect::<Vec<_>>();
+        let (pilot, next): (Vec<_>, Vec<f64>) = ((0..16).map(|_| noisy()[..6].to_vec()).collect(), noisy());
+        let checkpoints = curve(&pilot, |n| n as f64);
+        let slope = slope(&checkpoints, true);
+        let mut curve = Curve::new(&checkpoints, true, Dependence::Dependent, slope.as_ref());
+        let order = curve.order.unwrap();
+        let target = exact[6].sqrt();
+        let needed = 64.0 * (next[6].sqrt() / target).powf(-1.0 / order.value);
+        ours += u64::from(contains(&curve.forecast(target).unwrap().spp, needed));
+        let fit = slope.as_ref().and_then(|s| Uncertain::mean(&s.values));
+        curve.order = fit;
+        power_law += u64::from(contains(&curve.forecast(target).unwrap().spp, needed));
+    }
+    // Degrees of freedom after Satterthwaite are an approximation: 87 to 93 % of 90.
+    let (least, most) = (binomial(ours, 0.87), binomial(ours, 0.93));
+    assert!(ours as f64 > 0.9 * REPETITIONS as f64 || least > level(test), "{ours}");
+    assert!((ours as f64) < 0.9 * REPETITIONS as f64 || most > level(test), "{ours}");
+    // The sabotaged twin knows the order as well as the fit of a straight line.
+    assert!(binomial(power_law, 0.87) < level(test) && power_law < ours, "{power_law}");
+}
+
 #[test]
 fn coverage_of_slopes() {
     let test = "coverage of slopes";
@@ -335,20 +414,7 @@ fn coverage_of_slopes() {
     let mut random = Random::new(test);
     for _ in 0..REPETITIONS {
         let replicates: Vec<Vec<f64>> = (0..16).map(|_| errors(&mut random)).collect();
-        let checkpoints: Vec<CheckpointResult> = (0..=8)
-            .map(|k| {
-                let values: Vec<f64> = replicates.iter().map(|r| r[k]).collect();
-                let metrics = vec![MetricResult { mean: mean_interval(&values, 0.95), values, trimmed: None }];
-                CheckpointResult {
-                    spp: 1 << k,
-                    seconds: vec![1.0; 16],
-                    wall_seconds: vec![1.0; 16],
-                    metrics,
-                    predicted: None,
-                    refused: None,
-                }
-            })
-            .collect();
+        let checkpoints = curve(&replicates, |_| 1.0);
         ours += u64::from(contains(&slope(&checkpoints, true).unwrap().slope, -0.5));
         naive += u64::from(contains(&naive_slope(&replicates[0]), -0.5));
     }

@@ -27,6 +27,7 @@ const CELLS: &[(&str, usize)] = &[
     ("coverage of means", 3),
     ("coverage of ratios", 4),
     ("coverage of slopes", 2),
+    ("coverage of forecasts of bent curves", 3),
     ("uniform p-values", 6),
     ("coverage of bootstraps", 4),
     ("tails", 15),
