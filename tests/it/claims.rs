@@ -49,7 +49,8 @@ fn every_kind_supported_and_refuted() {
             format!("{against}error = 0.01\nat_most = 0.9"),
             Some(format!("{against}error = 0.01\nat_least = 10.0")),
         ),
-        ("cost-ratio", "again", format!("{against}at_most = 10.0"), Some(format!("{against}at_least = 50.0"))),
+        // Runs of microseconds beside other tests: now and then one takes a hundred times as long.
+        ("cost-ratio", "again", format!("{against}at_most = 1000.0"), Some(format!("{against}at_least = 1e5"))),
         ("unbiased", "sobol", "margin = 0.01".into(), None),
         ("agrees", "again", format!("{against}margin = 0.02"), None),
         ("slope", "independent", "at_least = -0.7\nat_most = -0.3".into(), Some("at_most = -0.9".into())),
