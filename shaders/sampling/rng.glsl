@@ -17,4 +17,8 @@ uvec4 philox4x32(uvec4 c, uvec2 key) {
 float unit_f32(uint word) {
     return float(word >> 8) * (1.0 / 16777216.0);
 }
+
+bool happens(uint word, float p) {
+    return p >= 1.0 || word < uint(p * 4294967296.0);
+}
 #endif

@@ -58,6 +58,8 @@ const uint FILTER_SAMPLE = 40u;
 float f1(uint k) { return uintBitsToFloat(in_word(k)); }
 vec2 f2(uint k) { return vec2(f1(k), f1(k + 1u)); }
 vec3 f3(uint k) { return vec3(f1(k), f1(k + 1u), f1(k + 2u)); }
+Material material() { return Material(f3(0u), in_word(3u), f3(4u), f1(7u), f3(8u)); }
+
 
 void put(uint k, float x) { out_word(k, floatBitsToUint(x)); }
 void put(uint k, bool x) { out_word(k, uint(x)); }
@@ -71,6 +73,15 @@ void put(uint k, vec3 x) {
     put(k, x.x);
     put(k + 1u, x.y);
     put(k + 2u, x.z);
+}
+// Word 0 tells the side as well.
+void put_scattered(Scattered s) {
+    out_word(0u, s.wi.z < 0.0 ? 2u : 1u);
+    put(1u, s.wi);
+    put(4u, s.pdf);
+    put(5u, s.value);
+    put(8u, s.delta);
+    put(9u, s.eta);
 }
 
 void main() {
@@ -129,26 +140,17 @@ void main() {
         case DIFFUSE_EVAL: put(0u, diffuse_eval(f3(0u), f3(3u), f3(6u))); break;
         case DIFFUSE_PDF: put(0u, diffuse_pdf(in_word(0u), f3(1u), f3(4u))); break;
         case DIFFUSE_SAMPLE: {
-            vec3 wi;
-            float pdf;
-            if (diffuse_sample(in_word(0u), f3(1u), uvec4(in_word(4u), in_word(5u), in_word(6u), in_word(7u)), wi, pdf)) {
-                put(0u, true);
-                put(1u, wi);
-                put(4u, pdf);
-            }
+            Scattered s;
+            uvec4 drawn = uvec4(in_word(7u), in_word(8u), in_word(9u), in_word(10u));
+            if (diffuse_sample(in_word(0u), f3(1u), f3(4u), drawn, s)) put_scattered(s);
             break;
         }
-        case MATERIAL_EVAL: put(0u, material_eval(Material(f3(0u), in_word(3u)), f3(4u), f3(7u))); break;
-        case MATERIAL_PDF: put(0u, material_pdf(Material(f3(0u), in_word(3u)), in_word(4u), f3(5u), f3(8u))); break;
+        case MATERIAL_EVAL: put(0u, material_eval(material(), f3(11u), f3(14u))); break;
+        case MATERIAL_PDF: put(0u, material_pdf(material(), in_word(11u), f3(12u), f3(15u))); break;
         case MATERIAL_SAMPLE: {
-            vec3 wi;
-            float pdf;
-            uvec4 drawn = uvec4(in_word(8u), in_word(9u), in_word(10u), in_word(11u));
-            if (material_sample(Material(f3(0u), in_word(3u)), in_word(4u), f3(5u), drawn, wi, pdf)) {
-                put(0u, true);
-                put(1u, wi);
-                put(4u, pdf);
-            }
+            Scattered s;
+            uvec4 drawn = uvec4(in_word(15u), in_word(16u), in_word(17u), in_word(18u));
+            if (material_sample(material(), in_word(11u), f3(12u), drawn, s)) put_scattered(s);
             break;
         }
         case DOT3: put(0u, dot3(f3(0u), f3(3u))); break;

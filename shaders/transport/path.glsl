@@ -33,6 +33,10 @@ struct Path {
     float pdf;
     vec3 p;
     uint depth;
+    // No other technique draws that direction.
+    bool delta;
+    // Squared index of refraction where the path is, over that at the camera.
+    float eta2;
 };
 
 struct Vertex {
@@ -56,6 +60,8 @@ void path_start(TracerAt tracer, Draw draw, out Path path) {
     path.pdf = 0.0;
     path.p = vec3(0.0);
     path.depth = 1u;
+    path.delta = true;
+    path.eta2 = 1.0;
 }
 
 Vertex path_vertex(TracerAt tracer, Ray ray, Hit hit) {
@@ -86,7 +92,7 @@ float weight_of_direction(TracerAt tracer, float pdf_direction, float pdf_light)
 }
 
 vec3 path_met(TracerAt tracer, Path path, vec3 carried, float pdf_light) {
-    float weight = path.depth > 1u ? weight_of_direction(tracer, path.pdf, pdf_light) : 1.0;
+    float weight = path.delta ? 1.0 : weight_of_direction(tracer, path.pdf, pdf_light);
     return carried * weight;
 }
 
@@ -94,7 +100,7 @@ vec3 path_emission(TracerAt tracer, Path path, Vertex vertex) {
     vec3 radiance = tracer.it.radiances.at[vertex.light];
     if (!(dot3(vertex.at.ng, path.wo) > 0.0) || radiance == vec3(0.0)) return vec3(0.0);
     float pdf_light = 0.0;
-    if (has(EFFECT_SAMPLED_LIGHTS) && path.depth > 1u && lights_mode(tracer) != LIGHTS_NONE) {
+    if (has(EFFECT_SAMPLED_LIGHTS) && !path.delta && lights_mode(tracer) != LIGHTS_NONE) {
         pdf_light = light_sampler_pdf(tracer.it.lights, tracer.it.surfaces, lights_mode(tracer), path.p, -path.wo, vertex.at,
             vertex.at.triangle);
     }
@@ -104,7 +110,7 @@ vec3 path_emission(TracerAt tracer, Path path, Vertex vertex) {
 vec3 path_escape(TracerAt tracer, Path path) {
     vec3 environment = tracer.it.environment;
     if (environment == vec3(0.0)) return vec3(0.0);
-    float pdf_light = path.depth > 1u ? light_sampler_pdf_environment(tracer.it.lights) : 0.0;
+    float pdf_light = path.delta ? 0.0 : light_sampler_pdf_environment(tracer.it.lights);
     return path_met(tracer, path, path.beta * environment, pdf_light);
 }
 
@@ -137,18 +143,22 @@ vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, vec3 norma
 bool path_bounce(TracerAt tracer, Draw draw, inout Path path, Vertex vertex, vec3 normal, Material material) {
     uvec4 words = draw_words(sequence(tracer), draw, group(path.depth, DECISION_DIRECTION));
     Frame frame = frame_new(normal);
-    vec3 wo = frame_to_local(frame, path.wo), wi;
-    float pdf;
-    if (!material_sample(material, directions(tracer), wo, words, wi, pdf)) return false;
-    path.beta *= material_eval(material, wo, wi) / pdf;
+    vec3 wo = frame_to_local(frame, path.wo);
+    Scattered s;
+    if (!material_sample(material, directions(tracer), wo, words, s)) return false;
+    path.beta *= s.value / s.pdf;
     if (path.beta == vec3(0.0)) return false;
-    vec3 direction = frame_to_world(frame, wi);
+    vec3 direction = frame_to_world(frame, s.wi);
     path.wo = -direction;
-    path.pdf = pdf;
+    path.pdf = s.pdf;
+    path.delta = has(EFFECT_DELTA) && s.delta;
+    if (has(EFFECT_DELTA)) path.eta2 *= s.eta * s.eta;
     path.p = vertex.at.p;
     path.ray = leave(endpoint_of(vertex.at), direction);
     if (path.depth >= roulette_depth(tracer)) {
+        // Radiance is smaller where light is slower, but carries no less.
         float largest = max_element3(path.beta);
+        if (has(EFFECT_DELTA)) largest *= path.eta2;
         float survival = largest < LARGEST_SURVIVAL ? largest : LARGEST_SURVIVAL;
         if (unit_f32(words.w) >= survival) return false;
         path.beta /= survival;

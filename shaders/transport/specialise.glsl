@@ -19,7 +19,15 @@ const uint EFFECT_SMOOTH_NORMALS = 4u;
 const uint EFFECT_EMITTING_SURFACES = 8u;
 const uint EFFECT_ENVIRONMENT = 16u;
 const uint EFFECT_SAMPLED_LIGHTS = 32u;
+const uint EFFECT_DIFFUSE = 64u;
+const uint EFFECT_CONDUCTORS = 128u;
+const uint EFFECT_DIELECTRICS = 256u;
+const uint EFFECT_THIN_DIELECTRICS = 512u;
+const uint EFFECT_NULL = 1024u;
+// Materials with delta lobes.
+const uint EFFECT_DELTA = EFFECT_CONDUCTORS | EFFECT_DIELECTRICS | EFFECT_THIN_DIELECTRICS | EFFECT_NULL;
 
+// Any of them.
 bool has(uint effect) {
     return (EFFECTS & effect) != 0u;
 }

@@ -65,6 +65,13 @@ pub fn unit_f32(word: u32) -> f32 {
     (word >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
+/// An event of probability `p`, exact to 2⁻³²; certain from p = 1 on.
+#[inline(always)]
+pub fn happens(word: u32, p: f32) -> bool {
+    // 2³² itself does not fit into a word.
+    p >= 1.0 || word < (p * 4_294_967_296.0) as u32
+}
+
 /// The float in the open interval (0, 1) that stands for two words in f64 integrands, `hi` leading: odd multiples of 2⁻⁵³.
 #[inline(always)]
 pub fn unit_f64(hi: u32, lo: u32) -> f64 {

@@ -1,6 +1,6 @@
 //! What a scene calls for, of all that the path tracer can do.
 
-use super::{Geometry, Light, Scene};
+use super::{Geometry, Light, Material, Scene};
 
 /// The effects that a scene calls for, one bit each. GPU kernels leave out the rest; its twin is
 /// `shaders/transport/specialise.glsl`.
@@ -22,15 +22,30 @@ impl Effects {
     pub const ENVIRONMENT: Self = Self(16);
     /// Next-event estimation: the scene has lights that the strategy samples.
     pub const SAMPLED_LIGHTS: Self = Self(32);
+    /// Diffuse materials.
+    pub const DIFFUSE: Self = Self(64);
+    /// Smooth conductors.
+    pub const CONDUCTORS: Self = Self(128);
+    /// Smooth dielectrics.
+    pub const DIELECTRICS: Self = Self(256);
+    /// Panes.
+    pub const THIN_DIELECTRICS: Self = Self(512);
+    /// Surfaces that let all light through.
+    pub const NULL: Self = Self(1024);
 
     /// Every effect with its name.
-    pub const ALL: [(Self, &str); 6] = [
+    pub const ALL: [(Self, &str); 11] = [
         (Self::TRIANGLES, "triangles"),
         (Self::QUADRICS, "quadrics"),
         (Self::SMOOTH_NORMALS, "smooth normals"),
         (Self::EMITTING_SURFACES, "emitting surfaces"),
         (Self::ENVIRONMENT, "environment"),
         (Self::SAMPLED_LIGHTS, "sampled lights"),
+        (Self::DIFFUSE, "diffuse materials"),
+        (Self::CONDUCTORS, "smooth conductors"),
+        (Self::DIELECTRICS, "smooth dielectrics"),
+        (Self::THIN_DIELECTRICS, "thin dielectrics"),
+        (Self::NULL, "null materials"),
     ];
 
     /// What the scene calls for; `samples_lights`: whether the strategy has lights to sample there.
@@ -46,7 +61,20 @@ impl Effects {
             (Self::ENVIRONMENT, scene.lights.iter().any(|l| matches!(l, Light::Constant { .. }))),
             (Self::SAMPLED_LIGHTS, samples_lights),
         ];
-        present.iter().filter(|(_, there)| *there).fold(Self::NONE, |all, (e, _)| all.with(*e))
+        let of_materials = scene.materials.iter().map(Self::of_material);
+        present.iter().filter(|(_, there)| *there).map(|p| p.0).chain(of_materials).fold(Self::NONE, Self::with)
+    }
+
+    /// What a material calls for.
+    fn of_material(material: &Material) -> Self {
+        match material {
+            Material::Black => Self::NONE,
+            Material::Diffuse { .. } => Self::DIFFUSE,
+            Material::Conductor { .. } => Self::CONDUCTORS,
+            Material::Dielectric { .. } => Self::DIELECTRICS,
+            Material::ThinDielectric { .. } => Self::THIN_DIELECTRICS,
+            Material::Null => Self::NULL,
+        }
     }
 
     /// These and those of `other`.

@@ -6,6 +6,9 @@ use crate::math::{Rgb, Vec3};
 /// Problems listed before the rest is only counted.
 const MOST_PROBLEMS: usize = 20;
 
+/// Of refraction: beyond it squares leave the range of floats.
+const LARGEST_INDEX: f32 = 1e6;
+
 impl Scene {
     /// Checks everything that renderers rely on. Call it for scenes that were not made by a reader.
     ///
@@ -116,9 +119,31 @@ impl Scene {
 
     fn check_materials(&self, problems: &mut Problems) {
         for (i, material) in self.materials.iter().enumerate() {
-            if let Material::Diffuse { reflectance } = material {
-                let inside = reflectance.to_array().iter().all(|c| (0.0..=1.0).contains(c));
-                problems.unless(inside, || format!("material {i}: reflectance {reflectance} is not in [0, 1]"));
+            let mut factor = |name: &str, c: &Rgb| {
+                let inside = c.to_array().iter().all(|c| (0.0..=1.0).contains(c));
+                problems.unless(inside, || format!("material {i}: {name} {c} is not in [0, 1]"));
+            };
+            let mut index = None;
+            match material {
+                Material::Black | Material::Null => {}
+                Material::Diffuse { reflectance } => factor("reflectance", reflectance),
+                Material::Conductor { eta, k, reflectance } => {
+                    factor("reflectance", reflectance);
+                    let sound = |c: f32| (0.0..=LARGEST_INDEX).contains(&c);
+                    let all = (0..3).all(|c| sound(eta[c]) && sound(k[c]) && eta[c] + k[c] > 0.0);
+                    index = Some((all, format!("{eta} + i {k}")));
+                }
+                Material::Dielectric { eta, reflectance, transmittance }
+                | Material::ThinDielectric { eta, reflectance, transmittance } => {
+                    factor("reflectance", reflectance);
+                    factor("transmittance", transmittance);
+                    index = Some(((1.0 / LARGEST_INDEX..=LARGEST_INDEX).contains(eta), eta.to_string()));
+                }
+            }
+            if let Some((sound, found)) = index {
+                problems.unless(sound, || {
+                    format!("material {i}: the index of refraction {found} is not above 0 and up to {LARGEST_INDEX}")
+                });
             }
         }
     }

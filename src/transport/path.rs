@@ -30,6 +30,8 @@ pub struct PathTracer<'a> {
     roulette_depth: u32,
     /// Radiance from outside the scene.
     environment: Rgb,
+    /// Whether all materials are diffuse or black.
+    diffuse: bool,
 }
 
 /// Largest probability of going on: even a white path must end some time. Each bounce that it limits divides the weight by it,
@@ -55,7 +57,8 @@ impl<'a> PathTracer<'a> {
     /// `lights` must be made for the scene and the strategy.
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a LightSampler, strategy: Strategy) -> Self {
         let (max_depth, roulette_depth) = depths(scene, &strategy);
-        Self { scene, bvh, lights, strategy, max_depth, roulette_depth, environment: environment(scene) }
+        let diffuse = scene.materials.iter().all(|m| matches!(m, Material::Black | Material::Diffuse { .. }));
+        Self { scene, bvh, lights, strategy, max_depth, roulette_depth, environment: environment(scene), diffuse }
     }
 
     /// The ray through a film position drawn from the pixel filter.
@@ -99,14 +102,28 @@ impl<'a> PathTracer<'a> {
             radiance.fill(Rgb::ZERO);
             return;
         }
-        let mut wave = Wave::new(pixels, samples);
+        match self.diffuse {
+            true => self.trace::<V, S, true>(simd, draw, Wave::new(pixels, samples), sink, radiance),
+            false => self.trace::<V, S, false>(simd, draw, Wave::new(pixels, samples), sink, radiance),
+        }
+    }
+
+    #[inline(always)]
+    fn trace<V: Registers, S: Sink, const DIFFUSE: bool>(
+        &self,
+        simd: V,
+        draw: &Draw,
+        mut wave: Wave,
+        sink: &mut S,
+        radiance: &mut [Rgb],
+    ) {
         for paths in wave.packets() {
             self.start(draw, paths);
         }
         let mut depth = 1;
         while !wave.is_empty() {
             for paths in wave.packets() {
-                self.advance(simd, depth, draw, paths, sink);
+                self.advance::<V, S, DIFFUSE>(simd, depth, draw, paths, sink);
             }
             wave.retire(radiance);
             depth += 1;
@@ -127,8 +144,15 @@ impl<'a> PathTracer<'a> {
 
     /// The next edge of a packet: what it meets, the light that is scattered there, and where it goes on.
     #[inline(always)]
-    fn advance<V: Registers, S: Sink>(&self, simd: V, depth: u32, draw: &Draw, paths: &mut Paths, sink: &mut S) {
-        let mut vertices = Vertices::NONE;
+    fn advance<V: Registers, S: Sink, const DIFFUSE: bool>(
+        &self,
+        simd: V,
+        depth: u32,
+        draw: &Draw,
+        paths: &mut Paths,
+        sink: &mut S,
+    ) {
+        let mut vertices = Vertices::<DIFFUSE>::NONE;
         self.meet(simd, depth, paths, &mut vertices, sink);
         if paths.live == 0 {
             return;
@@ -139,17 +163,18 @@ impl<'a> PathTracer<'a> {
 
     /// Traces the rays and adds the emission that they meet. Paths end that escape, reach the last depth or a black side.
     #[inline(always)]
-    fn meet<V: Registers, S: Sink>(
+    fn meet<V: Registers, S: Sink, const DIFFUSE: bool>(
         &self,
         simd: V,
         depth: u32,
         paths: &mut Paths,
-        vertices: &mut Vertices,
+        vertices: &mut Vertices<DIFFUSE>,
         sink: &mut S,
     ) {
         let hits = self.bvh.closest_lanes(simd, &paths.ray, paths.live);
-        // Density and origin of the last drawn direction; none at the camera, where emission counts in full.
-        let last = |paths: &Paths, lane: usize| (depth > 1).then(|| (paths.pdf[lane], paths.p.get(lane)));
+        // Density and origin of the last drawn direction; none where emission counts in full.
+        let last =
+            |paths: &Paths, lane: usize| (paths.delta >> lane & 1 == 0).then(|| (paths.pdf[lane], paths.p.get(lane)));
         for lane in set_bits(paths.live & !hits.lanes()) {
             let (direction, beta) = (paths.ray.direction.get(lane), paths.beta.get(lane));
             paths.add(lane, self.escape(depth, direction, beta, last(paths, lane), sink));
@@ -180,7 +205,8 @@ impl<'a> PathTracer<'a> {
             sink.vertex(&Vertex { depth, position, normal, shape: at.shape[lane], beta: paths.beta.get(lane) });
             match self.scene.materials[material[lane] as usize] {
                 Material::Black => paths.end(lane),
-                Material::Diffuse { reflectance } => vertices.reflectance.set(lane, reflectance),
+                Material::Diffuse { reflectance } if DIFFUSE => vertices.reflectance.set(lane, reflectance),
+                _ => vertices.material[lane] = material[lane],
             }
         }
         paths.live &= !bits(&grazing);
@@ -247,11 +273,11 @@ impl<'a> PathTracer<'a> {
 
     /// Next-event estimation: a point on a light, if nothing is in between.
     #[inline(always)]
-    fn light<V: Registers, S: Sink>(
+    fn light<V: Registers, S: Sink, const DIFFUSE: bool>(
         &self,
         simd: V,
         depth: u32,
-        vertices: &Vertices,
+        vertices: &Vertices<DIFFUSE>,
         paths: &mut Paths,
         draw: &Draw,
         sink: &mut S,
@@ -267,11 +293,12 @@ impl<'a> PathTracer<'a> {
         for lane in 0..LANES {
             let frame = Frame::new(vertices.normal.get(lane));
             let (wo, wi) = (frame.to_local(paths.wo.get(lane)), frame.to_local(light.wi.get(lane)));
-            let f = vertices.material(lane).eval(wo, wi);
+            let material = vertices.material(self.scene, lane);
+            let f = material.eval(wo, wi);
             dark[lane] = u32::from(f == Rgb::ZERO);
             scattered.set(lane, f);
             let only_light = light.delta[lane] || self.strategy.heuristic == Heuristic::None;
-            let pdf = vertices.material(lane).pdf(self.strategy.directions, wo, wi);
+            let pdf = material.pdf(self.strategy.directions, wo, wi);
             pdf_direction[lane] = if only_light { 0.0 } else { pdf };
         }
         for lane in 0..LANES {
@@ -305,28 +332,45 @@ impl<'a> PathTracer<'a> {
 
     /// Draws the next directions and plays roulette.
     #[inline(always)]
-    fn bounce<S: Sink>(&self, depth: u32, vertices: &Vertices, paths: &mut Paths, draw: &Draw, sink: &mut S) {
+    fn bounce<S: Sink, const DIFFUSE: bool>(
+        &self,
+        depth: u32,
+        vertices: &Vertices<DIFFUSE>,
+        paths: &mut Paths,
+        draw: &Draw,
+        sink: &mut S,
+    ) {
         let words = draw.words_lanes(&paths.pixel, &paths.sample, group(depth, Decision::Direction));
         let mut wo = Vec3Lanes::ZERO;
         for lane in 0..LANES {
             wo.set(lane, Frame::new(vertices.normal.get(lane)).to_local(paths.wo.get(lane)));
         }
         let (mut wi, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
+        let (mut value, mut delta) = (Vec3Lanes::ZERO, [0; LANES]);
         for lane in 0..LANES {
-            let sample = vertices.material(lane).sample(self.strategy.directions, wo.get(lane), lane_of(&words, lane));
-            let (direction, density) = sample.unwrap_or((Vec3::Z, 0.0));
-            wi.set(lane, direction);
-            pdf[lane] = density;
+            let material = vertices.material(self.scene, lane);
+            let sample = material.sample(self.strategy.directions, wo.get(lane), lane_of(&words, lane));
+            wi.set(lane, sample.map_or(Vec3::Z, |s| s.wi));
+            pdf[lane] = sample.map_or(0.0, |s| s.pdf);
+            if !DIFFUSE && let Some(s) = sample {
+                value.set(lane, s.value);
+                delta[lane] = u32::from(s.delta);
+                paths.eta2[lane] *= s.eta * s.eta;
+            }
         }
         let mut absorbed = [0; LANES];
         for lane in 0..LANES {
-            let f = vertices.material(lane).eval(wo.get(lane), wi.get(lane));
+            let f = match DIFFUSE {
+                true => vertices.material(self.scene, lane).eval(wo.get(lane), wi.get(lane)),
+                false => value.get(lane),
+            };
             let beta = paths.beta.get(lane) * (f / pdf[lane]);
             absorbed[lane] = u32::from((pdf[lane] == 0.0) | (beta == Rgb::ZERO));
             paths.beta.set(lane, beta);
             paths.wo.set(lane, -Frame::new(vertices.normal.get(lane)).to_world(wi.get(lane)));
         }
         paths.pdf = pdf;
+        paths.delta = bits(&delta);
         paths.p = vertices.at.end.p;
         for lane in 0..LANES {
             let direction = -paths.wo.get(lane);
@@ -337,7 +381,9 @@ impl<'a> PathTracer<'a> {
         if depth >= self.roulette_depth {
             for lane in 0..LANES {
                 let beta = paths.beta.get(lane);
-                survival[lane] = beta.max_element().min(LARGEST_SURVIVAL);
+                // Radiance is smaller where light is slower, but carries no less.
+                let eta2 = if DIFFUSE { 1.0 } else { paths.eta2[lane] };
+                survival[lane] = (beta.max_element() * eta2).min(LARGEST_SURVIVAL);
                 absorbed[lane] = u32::from(unit_f32(words[3][lane]) >= survival[lane]);
                 paths.beta.set(lane, beta / survival[lane]);
             }

@@ -5,7 +5,7 @@ use crate::accel::{Rays, SurfaceLanes};
 use crate::math::lanes::set_bits;
 use crate::math::{LANES, Rgb, Vec3Lanes};
 use crate::moments::BATCH;
-use crate::scene::Material;
+use crate::scene::{Material, Scene};
 use std::ops::Range;
 
 /// All lanes.
@@ -34,6 +34,10 @@ pub(super) struct Paths {
     /// Where the ray's direction was drawn, and its density, sr⁻¹. Not for camera rays.
     pub(super) p: Vec3Lanes,
     pub(super) pdf: [f32; LANES],
+    /// Bit i: no other technique draws the direction of lane i, from the camera or of a delta lobe.
+    pub(super) delta: u32,
+    /// Squared index of refraction where the path is, over that at the camera.
+    pub(super) eta2: [f32; LANES],
 }
 
 impl Paths {
@@ -48,6 +52,8 @@ impl Paths {
         radiance: Vec3Lanes::ZERO,
         p: Vec3Lanes::ZERO,
         pdf: [0.0; LANES],
+        delta: ALL,
+        eta2: [1.0; LANES],
     };
 
     #[inline(always)]
@@ -147,6 +153,8 @@ impl Wave {
         p[t].sample[lane] = p[f].sample[other];
         p[t].slot[lane] = p[f].slot[other];
         p[t].pdf[lane] = p[f].pdf[other];
+        p[t].eta2[lane] = p[f].eta2[other];
+        p[t].delta = p[t].delta & !(1 << lane) | (p[f].delta >> other & 1) << lane;
         let Paths { ray, wo, beta, radiance, p: origin, .. } = &p[f];
         let (ray, wo, beta) = (ray.get(other), wo.get(other), beta.get(other));
         let (radiance, origin) = (radiance.get(other), origin.get(other));
@@ -160,22 +168,27 @@ impl Wave {
     }
 }
 
-/// The surfaces that the paths of a packet have reached.
-pub(super) struct Vertices {
+/// The surfaces that the paths of a packet have reached. `DIFFUSE`: all materials of the scene are diffuse or black, and no
+/// branch on the kind keeps loops over lanes from becoming vector code.
+pub(super) struct Vertices<const DIFFUSE: bool> {
     pub(super) at: SurfaceLanes,
     /// Shading normals on the side that the path came from.
     pub(super) normal: Vec3Lanes,
-    /// Zero in lanes without a surface.
+    /// Where all is diffuse; zero in lanes without a surface.
     pub(super) reflectance: Vec3Lanes,
+    /// Where not; 0, which is black, in lanes without a surface.
+    pub(super) material: [u32; LANES],
 }
 
-impl Vertices {
+impl<const DIFFUSE: bool> Vertices<DIFFUSE> {
     pub(super) const NONE: Self =
-        Self { at: SurfaceLanes::NONE, normal: Vec3Lanes::ZERO, reflectance: Vec3Lanes::ZERO };
+        Self { at: SurfaceLanes::NONE, normal: Vec3Lanes::ZERO, reflectance: Vec3Lanes::ZERO, material: [0; LANES] };
 
-    /// All that is not black is diffuse: no branch on the kind, which would keep loops over lanes from becoming vector code.
     #[inline(always)]
-    pub(super) fn material(&self, lane: usize) -> Material {
-        Material::Diffuse { reflectance: self.reflectance.get(lane) }
+    pub(super) fn material(&self, scene: &Scene, lane: usize) -> Material {
+        match DIFFUSE {
+            true => Material::Diffuse { reflectance: self.reflectance.get(lane) },
+            false => scene.materials[self.material[lane] as usize],
+        }
     }
 }

@@ -62,7 +62,7 @@ fn xml(text: &str) -> Option<Error> {
 }
 
 /// What is put into the scene, and a part of the message that must come.
-const ELEMENTS: [(&str, &str); 79] = [
+const ELEMENTS: [(&str, &str); 84] = [
     ("<", "not well-formed"),
     ("<shape", "not well-formed"),
     ("<shape type='sphere'>", "not well-formed"),
@@ -135,7 +135,27 @@ const ELEMENTS: [(&str, &str); 79] = [
         "nothing may stand inside",
     ),
     ("<translate x='1'/>", "must stand inside <transform>"),
-    ("<shape type='cube'><bsdf type='plastic'/></shape>", "bsdf `plastic` is not supported; allowed: diffuse"),
+    (
+        "<shape type='cube'><bsdf type='plastic'/></shape>",
+        "bsdf `plastic` is not supported; allowed: conductor, dielectric",
+    ),
+    (
+        "<shape type='cube'><bsdf type='conductor'><string name='material' value='ag'/></bsdf></shape>",
+        "no conductor is called `ag`; did you mean `Ag`?",
+    ),
+    (
+        "<shape type='cube'><bsdf type='conductor'><string name='material' value='Ag'/><float name='k' value='1'/></bsdf></shape>",
+        "found both `material` and `eta` or `k`",
+    ),
+    (
+        "<shape type='cube'><bsdf type='dielectric'><string name='int_ior' value='plasma'/></bsdf></shape>",
+        "`int_ior` names no known dielectric (allowed: vacuum, helium",
+    ),
+    ("<shape type='cube'><bsdf type='dielectric'><float name='ext_ior' value='0'/></bsdf></shape>", "must be above 0"),
+    (
+        "<shape type='cube'><bsdf type='twosided'><bsdf type='dielectric'/></bsdf></shape>",
+        "allowed: diffuse, conductor (inside twosided)",
+    ),
     ("<shape type='cube'><bsdf type='twosided'/></shape>", "one or two BSDFs"),
     (
         "<bsdf type='twosided' id='me'><ref id='me'/></bsdf><shape type='cube'><ref id='me'/></shape>",

@@ -21,15 +21,28 @@ use rootn::sampling::strategy::{Directions, Heuristic};
 use rootn::sampling::{Draw, Key, Sequence};
 use rootn::scene::{Filter, Material};
 
+const WHITE: Material = Material::Diffuse { reflectance: Vec3::ONE };
 const DIRECTIONS: [Directions; 3] = [Directions::Uniform, Directions::Cosine, Directions::Bsdf];
 
-fn material(reflectance: Vec3, kind: u32) -> Material {
-    if kind == 0 { Material::Black } else { Material::Diffuse { reflectance } }
+/// The material of eleven words.
+fn material(w: &Words) -> Material {
+    let (reflectance, second, eta, k) = (w.v(0), w.v(4), w.f(7), w.v(8));
+    match w.w(3) {
+        0 => Material::Black,
+        1 => Material::Diffuse { reflectance },
+        2 => Material::Conductor { eta: second, k, reflectance },
+        3 => Material::Dielectric { eta, reflectance, transmittance: second },
+        4 => Material::ThinDielectric { eta, reflectance, transmittance: second },
+        _ => Material::Null,
+    }
 }
 
 fn scattered(material: Material, directions: u32, wo: Vec3, words: [u32; 4]) -> Answer {
     let sample = material.sample(DIRECTIONS[directions as usize], wo, words);
-    decided(sample, |a, (wi, pdf)| a.vector(1, wi).floats(4, &[pdf]))
+    decided(sample, |a, s| {
+        let a = a.bits(0, &[1 + u32::from(s.wi.z < 0.0)]).bits(8, &[u32::from(s.delta)]);
+        a.vector(1, s.wi).floats(4, &[s.pdf]).vector(5, s.value).floats(9, &[s.eta])
+    })
 }
 
 fn filter(kind: u32, width: f32) -> Filter {
@@ -135,20 +148,21 @@ fn math() -> Vec<Case<'static>> {
             decided(rectangle, |a, r| a.sized(1, 1.0 / w.f(14), &r.sample(w.f2(15))))
         })
         .nudged(),
-        Case::new(26, "diffuse_eval", 0.0, of("rdd"), |w| vector(material(w.v(0), 1).eval(w.v(3), w.v(6)))),
-        Case::new(27, "diffuse_pdf", 0.0, of("3dd"), |w| {
-            float(material(Vec3::ONE, 1).pdf(DIRECTIONS[w.w(0) as usize], w.v(1), w.v(4)))
+        Case::new(26, "diffuse_eval", 0.0, of("rdd"), |w| {
+            vector(Material::Diffuse { reflectance: w.v(0) }.eval(w.v(3), w.v(6)))
         }),
-        Case::new(28, "diffuse_sample", 8.0, of("3dwwww"), |w| {
-            scattered(material(Vec3::ONE, 1), w.w(0), w.v(1), w.w4(4))
+        Case::new(27, "diffuse_pdf", 0.0, of("3dd"), |w| float(WHITE.pdf(DIRECTIONS[w.w(0) as usize], w.v(1), w.v(4)))),
+        Case::new(28, "diffuse_sample", 8.0, of("3rdwwww"), |w| {
+            scattered(Material::Diffuse { reflectance: w.v(1) }, w.w(0), w.v(4), w.w4(7))
         }),
-        Case::new(29, "material_eval", 0.0, of("r2dd"), |w| vector(material(w.v(0), w.w(3)).eval(w.v(4), w.v(7)))),
-        Case::new(30, "material_pdf", 0.0, of("r23dd"), |w| {
-            float(material(w.v(0), w.w(3)).pdf(DIRECTIONS[w.w(4) as usize], w.v(5), w.v(8)))
+        Case::new(29, "material_eval", 0.0, of("r6rfrdd"), |w| vector(material(w).eval(w.v(11), w.v(14)))),
+        Case::new(30, "material_pdf", 0.0, of("r6rfr3dd"), |w| {
+            float(material(w).pdf(DIRECTIONS[w.w(11) as usize], w.v(12), w.v(15)))
         }),
-        Case::new(31, "material_sample", 8.0, of("r23dwwww"), |w| {
-            scattered(material(w.v(0), w.w(3)), w.w(4), w.v(5), w.w4(8))
-        }),
+        Case::new(31, "material_sample", 32.0, of("r6rfr3dwwww"), |w| {
+            scattered(material(w), w.w(11), w.v(12), w.w4(15))
+        })
+        .nudged(),
         Case::new(32, "dot3", 0.0, of("vv"), |w| float(w.v(0).dot(w.v(3)))),
         Case::new(33, "cross3", 0.0, of("vv"), |w| vector(w.v(0).cross(w.v(3)))),
         Case::new(34, "length3", 4.0, of("l"), |w| float(w.v(0).length())),

@@ -18,6 +18,8 @@ mod harness;
 mod integrals;
 mod intersection;
 mod lights;
+#[cfg(feature = "vulkan")]
+mod materials;
 mod metrics;
 mod moments;
 mod planted;

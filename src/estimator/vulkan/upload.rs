@@ -49,18 +49,7 @@ impl SceneBuffers {
                 [s.front, s.back, s.light.unwrap_or(u32::MAX), quadric.unwrap_or(u32::MAX)]
             })
             .collect();
-        let material = |m: &Material| match *m {
-            Material::Black => (Rgb::ZERO, 0),
-            Material::Diffuse { reflectance } => (reflectance, 1u32),
-        };
-        let materials: Vec<[u32; 4]> = scene
-            .materials
-            .iter()
-            .map(|m| {
-                let (r, kind) = material(m);
-                [r.x.to_bits(), r.y.to_bits(), r.z.to_bits(), kind]
-            })
-            .collect();
+        let materials: Vec<MaterialAt> = scene.materials.iter().map(MaterialAt::of).collect();
         let radiance = |l: &Light| match *l {
             Light::Area { radiance, .. } => radiance,
             Light::Point { .. } | Light::Constant { .. } => Rgb::ZERO,
@@ -91,6 +80,37 @@ impl SceneBuffers {
 pub(super) struct TracerBuffers {
     _lights: [Buffer; 6],
     pub(super) tracer: Buffer,
+}
+
+/// `Material` of shaders/scene/material/material.glsl.
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+struct MaterialAt {
+    reflectance: [f32; 3],
+    kind: u32,
+    second: [f32; 3],
+    eta: f32,
+    k: [f32; 3],
+}
+
+impl MaterialAt {
+    fn of(material: &Material) -> Self {
+        let zero = Self::default();
+        match *material {
+            Material::Black => zero,
+            Material::Diffuse { reflectance } => Self { kind: 1, reflectance: reflectance.into(), ..zero },
+            Material::Conductor { eta, k, reflectance } => {
+                Self { kind: 2, reflectance: reflectance.into(), second: eta.into(), k: k.into(), ..zero }
+            }
+            Material::Dielectric { eta, reflectance, transmittance } => {
+                Self { kind: 3, reflectance: reflectance.into(), second: transmittance.into(), eta, ..zero }
+            }
+            Material::ThinDielectric { eta, reflectance, transmittance } => {
+                Self { kind: 4, reflectance: reflectance.into(), second: transmittance.into(), eta, ..zero }
+            }
+            Material::Null => Self { kind: 5, ..zero },
+        }
+    }
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]

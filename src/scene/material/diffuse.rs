@@ -1,5 +1,6 @@
 //! Lambertian reflection: f = ρ/π on the side of `wo`, 0 on the other.
 
+use super::Scattered;
 use crate::math::{Rgb, Vec3, warp};
 use crate::sampling::rng::unit_f32;
 use crate::sampling::strategy::Directions;
@@ -22,12 +23,13 @@ pub(super) fn pdf(directions: Directions, wo: Vec3, wi: Vec3) -> f32 {
 }
 
 #[inline(always)]
-pub(super) fn sample(directions: Directions, wo: Vec3, words: [u32; 4]) -> Option<(Vec3, f32)> {
+pub(super) fn sample(directions: Directions, reflectance: Rgb, wo: Vec3, words: [u32; 4]) -> Option<Scattered> {
     let u = [unit_f32(words[0]), unit_f32(words[1])];
     let wi = match directions {
         Directions::Uniform => warp::sample_uniform_hemisphere(u),
         Directions::Cosine | Directions::Bsdf => warp::sample_cosine_hemisphere(u),
     };
     let pdf = pdf(directions, wo, wi);
-    (pdf > 0.0).then_some((wi, pdf))
+    let value = eval(reflectance, wo, wi);
+    (pdf > 0.0).then_some(Scattered { wi, pdf, value, delta: false, eta: 1.0 })
 }

@@ -12,6 +12,7 @@ use rootn::sampling::strategy::{Directions, Heuristic, LightChoice, Lights};
 use rootn::sampling::{Draw, Sequence};
 use rootn::scene::Scene;
 use rootn::scene::light::{LightSampler, LightTarget, emitted};
+use rootn::scene::material::Scattered;
 use std::sync::Arc;
 
 /// What is wrong with a renderer.
@@ -123,8 +124,8 @@ impl Renderer {
             }
             // The next direction.
             let words = draw.words(group(depth, Decision::Direction));
-            let Some((wi, pdf)) = material.sample(Directions::Bsdf, wo, words) else { break };
-            beta *= material.eval(wo, wi) / pdf;
+            let Some(Scattered { wi, pdf, value, .. }) = material.sample(Directions::Bsdf, wo, words) else { break };
+            beta *= value / pdf;
             let direction = frame.to_world(wi);
             ray = leave(&at, direction);
             last = Some((pdf, at.p));

@@ -2,6 +2,7 @@
 
 mod attribute;
 mod camera;
+mod ior;
 mod reader;
 mod shape;
 mod surface;

@@ -1,12 +1,15 @@
 //! BSDFs and colours.
 
+use super::super::shorten;
 use super::super::spectrum::{Role, Spectrum};
 use super::value::Value;
-use super::{Builder, Node};
-use crate::error::{Error, Place, Result};
+use super::{Builder, Node, ior};
+use crate::error::{Error, Place, Result, suggestion};
 use crate::math::Rgb;
 use crate::scene::Material;
 use glam::DVec3;
+
+const BSDFS: &str = "conductor, dielectric, diffuse, null, thindielectric, twosided";
 
 impl Builder {
     /// Materials of front and back that a BSDF stands for.
@@ -17,6 +20,13 @@ impl Builder {
         let node = &self.tree.nodes[index];
         let surface = match node.plugin.as_str() {
             "diffuse" => [self.diffuse(index)?, 0],
+            "conductor" => [self.conductor(index)?, 0],
+            "dielectric" => self.dielectric(index)?,
+            "thindielectric" => self.thin_dielectric(index)?,
+            "null" => {
+                self.finish(index, &[]);
+                [self.add_material(Material::Null); 2]
+            }
             "twosided" => {
                 let nested = node.children.iter().map(|c| self.tree.resolve(c)).collect::<Result<Vec<_>>>()?;
                 if nested.is_empty() || nested.len() > 2 || nested.iter().any(|&i| self.tree.nodes[i].tag != "bsdf") {
@@ -25,25 +35,113 @@ impl Builder {
                 let mut sides = [0; 2];
                 for (k, side) in sides.iter_mut().enumerate() {
                     let inner = nested[k.min(nested.len() - 1)];
-                    if self.tree.nodes[inner].plugin != "diffuse" {
+                    if !["diffuse", "conductor"].contains(&self.tree.nodes[inner].plugin.as_str()) {
                         let inner = &self.tree.nodes[inner];
-                        return Err(inner.unsupported(&inner.plugin, "diffuse (inside twosided)"));
+                        return Err(inner.unsupported(&inner.plugin, "diffuse, conductor (inside twosided)"));
                     }
                     *side = self.surface(inner)?[0];
                 }
                 self.finish(index, &[]);
                 sides
             }
-            other => return Err(node.unsupported(other, "diffuse, twosided")),
+            other => return Err(node.unsupported(other, BSDFS)),
         };
         self.surfaces.insert(index, surface);
         Ok(surface)
     }
 
     fn diffuse(&mut self, index: usize) -> Result<u32> {
-        let reflectance = self.reflectance(index)?;
+        self.only_colours(index, &["reflectance"])?;
+        let reflectance = self.factor(index, "reflectance", 0.5)?;
         self.finish(index, &[]);
         Ok(self.add_material(Material::Diffuse { reflectance }))
+    }
+
+    fn conductor(&mut self, index: usize) -> Result<u32> {
+        self.only_colours(index, &["eta", "k", "specular_reflectance"])?;
+        let node = &self.tree.nodes[index];
+        let name = node.string("material")?.unwrap_or_else(|| "none".into());
+        let given = [self.index_of(index, "eta")?, self.index_of(index, "k")?];
+        let node = &self.tree.nodes[index];
+        let [eta, k] = match (name.as_str(), given) {
+            ("none", [eta, k]) => [eta.unwrap_or(Rgb::ZERO), k.unwrap_or(Rgb::ONE)],
+            (_, [None, None]) => ior::conductor(&name).ok_or_else(|| {
+                let names: Vec<_> = ior::conductors().collect();
+                let hint = suggestion(&name, names.iter().copied());
+                let hint = hint.map_or(String::new(), |s| format!("; did you mean `{s}`?"));
+                let all = names.join(", ");
+                node.error(format!("no conductor is called `{}`{hint} (allowed: none, {all})", shorten(&name)))
+            })?,
+            _ => return Err(node.error("found both `material` and `eta` or `k`; give one")),
+        };
+        if (0..3).any(|c| eta[c] + k[c] <= 0.0) {
+            return Err(node.error(format!("eta {eta} and k {k}; one of them must be above 0 in each channel")));
+        }
+        let reflectance = self.factor(index, "specular_reflectance", 1.0)?;
+        self.finish(index, &[]);
+        Ok(self.add_material(Material::Conductor { eta, k, reflectance }))
+    }
+
+    /// Materials seen from outside and from inside.
+    fn dielectric(&mut self, index: usize) -> Result<[u32; 2]> {
+        let (eta, reflectance, transmittance) = self.interface(index)?;
+        let side = |eta| Material::Dielectric { eta, reflectance, transmittance };
+        Ok([self.add_material(side(eta)), self.add_material(side(1.0 / eta))])
+    }
+
+    fn thin_dielectric(&mut self, index: usize) -> Result<[u32; 2]> {
+        let (eta, reflectance, transmittance) = self.interface(index)?;
+        Ok([self.add_material(Material::ThinDielectric { eta, reflectance, transmittance }); 2])
+    }
+
+    /// Relative index of refraction and factors of reflection and transmission of a smooth dielectric.
+    fn interface(&mut self, index: usize) -> Result<(f32, Rgb, Rgb)> {
+        self.only_colours(index, &["specular_reflectance", "specular_transmittance"])?;
+        let node = &self.tree.nodes[index];
+        let of = |name: &str, default: &str| -> Result<f64> {
+            let value = node.get(name, "a number above 0 or the name of a material", |v| match v {
+                Value::Float(x) => Some(Some(*x)),
+                Value::Integer(i) => Some(Some(*i as f64)),
+                Value::String(s) => Some(ior::dielectric(s)),
+                _ => None,
+            })?;
+            let Some(known) = value.unwrap_or_else(|| ior::dielectric(default)) else {
+                let all = ior::dielectrics().collect::<Vec<_>>().join(", ");
+                return Err(node.error(format!("`{name}` names no known dielectric (allowed: {all}, or a number)")));
+            };
+            match known > 0.0 && known.is_finite() {
+                true => Ok(known),
+                false => Err(node.error(format!("`{name}` is {known}; it must be above 0"))),
+            }
+        };
+        let eta = (of("int_ior", "bk7")? / of("ext_ior", "air")?) as f32;
+        if !(1e-6..=1e6).contains(&eta) {
+            return Err(node.error(format!("the ratio of indices of refraction is {eta}; allowed: 1e-6 to 1e6")));
+        }
+        let reflectance = self.factor(index, "specular_reflectance", 1.0)?;
+        let transmittance = self.factor(index, "specular_transmittance", 1.0)?;
+        self.finish(index, &[]);
+        Ok((eta, reflectance, transmittance))
+    }
+
+    /// A conductor's η or k.
+    fn index_of(&mut self, index: usize, name: &str) -> Result<Option<Rgb>> {
+        let Some((value, place)) = self.color(&self.tree.nodes[index], name)? else { return Ok(None) };
+        let rgb = to_rgb(&value, Role::Reflectance);
+        let sound = matches!(&value, Value::Spectrum(Spectrum::List(l)) if l.iter().all(|p| p.1 >= 0.0));
+        self.in_gamut(rgb, rgb.clamp(Rgb::ZERO, Rgb::splat(1e6)), sound, place, name, "in [0, 1e6]").map(Some)
+    }
+
+    /// Refuses objects inside a BSDF or emitter that stand for none of these properties.
+    fn only_colours(&self, index: usize, names: &[&str]) -> Result<()> {
+        let node = &self.tree.nodes[index];
+        for child in &node.children {
+            if !child.name.as_deref().is_some_and(|name| names.contains(&name)) {
+                let inner = &self.tree.nodes[self.tree.resolve(child)?];
+                return Err(inner.error(format!("has no place in {}", node.title())));
+            }
+        }
+        Ok(())
     }
 
     /// The material of shapes that name none: Mitsuba's diffuse with reflectance 0.5, black on emitters.
@@ -64,18 +162,19 @@ impl Builder {
         self.scene.materials.len() as u32 - 1
     }
 
-    /// The reflectance of a diffuse BSDF.
-    fn reflectance(&mut self, index: usize) -> Result<Rgb> {
-        let color = self.color(&self.tree.nodes[index], "reflectance")?;
-        let Some((value, place)) = color else { return Ok(Rgb::splat(0.5)) };
+    /// The share of light that is reflected or let through.
+    fn factor(&mut self, index: usize, name: &str, default: f32) -> Result<Rgb> {
+        let color = self.color(&self.tree.nodes[index], name)?;
+        let Some((value, place)) = color else { return Ok(Rgb::splat(default)) };
         let rgb = to_rgb(&value, Role::Reflectance);
         let sound =
             matches!(&value, Value::Spectrum(Spectrum::List(l)) if l.iter().all(|p| (0.0..=1.0).contains(&p.1)));
-        self.in_gamut(rgb, rgb.clamp(Rgb::ZERO, Rgb::ONE), sound, place, "reflectance", "in [0, 1]")
+        self.in_gamut(rgb, rgb.clamp(Rgb::ZERO, Rgb::ONE), sound, place, name, "in [0, 1]")
     }
 
     /// The radiance or intensity of an emitter; Mitsuba's default is 1.
     pub(super) fn emission(&mut self, index: usize, name: &str) -> Result<Rgb> {
+        self.only_colours(index, &[name])?;
         let color = self.color(&self.tree.nodes[index], name)?;
         let Some((value, place)) = color else { return Ok(Rgb::ONE) };
         let rgb = to_rgb(&value, Role::Emission);
@@ -112,15 +211,9 @@ impl Builder {
             };
             return Ok(node.get(name, "rgb, spectrum or float", is_color)?.map(|v| (v, property.place.clone())));
         }
-        let mut color = None;
-        for child in &node.children {
-            let inner = &self.tree.nodes[self.tree.resolve(child)?];
-            if child.name.as_deref() != Some(name) {
-                return Err(inner.error(format!("has no place in {}", node.title())));
-            }
-            color = Some((self.spectrum_plugin(inner)?, inner.place.clone()));
-        }
-        Ok(color)
+        let Some(child) = node.children.iter().rfind(|c| c.name.as_deref() == Some(name)) else { return Ok(None) };
+        let inner = &self.tree.nodes[self.tree.resolve(child)?];
+        Ok(Some((self.spectrum_plugin(inner)?, inner.place.clone())))
     }
 
     /// `<spectrum type=…>`.
