@@ -146,6 +146,11 @@ pub fn suggestion<'a>(found: &str, candidates: impl IntoIterator<Item = &'a str>
         .map(|(_, c)| c)
 }
 
+/// What to add to a message about an unknown name: the candidate most like it, or nothing.
+pub(crate) fn did_you_mean<'a>(found: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    suggestion(found, candidates).map_or(String::new(), |s| format!("; did you mean `{s}`?"))
+}
+
 /// Levenshtein distance in bytes, upper and lower case being the same.
 fn edit_distance(a: &str, b: &str) -> usize {
     let (a, b) = (a.as_bytes(), b.as_bytes());

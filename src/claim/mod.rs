@@ -402,8 +402,8 @@ pub(crate) fn known(what: &str, name: &str, all: &[&str]) -> Result<(), String> 
     if all.contains(&name) {
         return Ok(());
     }
-    let hint = crate::error::suggestion(name, all.iter().copied()).map(|s| format!("; did you mean `{s}`?"));
-    Err(format!("no {what} is named `{name}` (there are {}){}", all.join(", "), hint.unwrap_or_default()))
+    let hint = crate::error::did_you_mean(name, all.iter().copied());
+    Err(format!("no {what} is named `{name}` (there are {}){hint}", all.join(", ")))
 }
 
 /// Up to two significant digits.

@@ -61,20 +61,20 @@ impl Effects {
             (Self::ENVIRONMENT, scene.lights.iter().any(|l| matches!(l, Light::Constant { .. }))),
             (Self::SAMPLED_LIGHTS, samples_lights),
         ];
-        let of_materials = scene.materials.iter().map(Self::of_material);
-        present.iter().filter(|(_, there)| *there).map(|p| p.0).chain(of_materials).fold(Self::NONE, Self::with)
+        present.iter().filter(|(_, there)| *there).fold(Self::of_materials(scene), |all, (e, _)| all.with(*e))
     }
 
-    /// What a material calls for.
-    fn of_material(material: &Material) -> Self {
-        match material {
+    /// What the scene's materials call for.
+    pub fn of_materials(scene: &Scene) -> Self {
+        let of = |material: &Material| match material {
             Material::Black => Self::NONE,
             Material::Diffuse { .. } => Self::DIFFUSE,
             Material::Conductor { .. } => Self::CONDUCTORS,
             Material::Dielectric { .. } => Self::DIELECTRICS,
             Material::ThinDielectric { .. } => Self::THIN_DIELECTRICS,
             Material::Null => Self::NULL,
-        }
+        };
+        scene.materials.iter().map(of).fold(Self::NONE, Self::with)
     }
 
     /// These and those of `other`.

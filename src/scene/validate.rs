@@ -1,13 +1,11 @@
 //! The checks that make a scene safe to trace: every index in range, every number finite and in its range.
 
+use super::material::LARGEST_INDEX;
 use super::{Camera, Geometry, Light, Material, Scene, Triangle};
 use crate::math::{Rgb, Vec3};
 
 /// Problems listed before the rest is only counted.
 const MOST_PROBLEMS: usize = 20;
-
-/// Of refraction: beyond it squares leave the range of floats.
-const LARGEST_INDEX: f32 = 1e6;
 
 impl Scene {
     /// Checks everything that renderers rely on. Call it for scenes that were not made by a reader.

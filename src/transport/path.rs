@@ -15,7 +15,7 @@ use crate::sampling::dimension::{Decision, group};
 use crate::sampling::rng::unit_f32;
 use crate::sampling::strategy::{Heuristic, Lights, NoRoulette, Roulette, Strategy, Technique};
 use crate::scene::light::{LightSampler, LightSamples, emitted, environment};
-use crate::scene::{Material, Scene};
+use crate::scene::{Effects, Material, Scene};
 use std::ops::Range;
 
 /// A strategy made ready for one scene.
@@ -57,7 +57,7 @@ impl<'a> PathTracer<'a> {
     /// `lights` must be made for the scene and the strategy.
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a LightSampler, strategy: Strategy) -> Self {
         let (max_depth, roulette_depth) = depths(scene, &strategy);
-        let diffuse = scene.materials.iter().all(|m| matches!(m, Material::Black | Material::Diffuse { .. }));
+        let diffuse = Effects::DIFFUSE.contains(Effects::of_materials(scene));
         Self { scene, bvh, lights, strategy, max_depth, roulette_depth, environment: environment(scene), diffuse }
     }
 
@@ -352,19 +352,15 @@ impl<'a> PathTracer<'a> {
             let sample = material.sample(self.strategy.directions, wo.get(lane), lane_of(&words, lane));
             wi.set(lane, sample.map_or(Vec3::Z, |s| s.wi));
             pdf[lane] = sample.map_or(0.0, |s| s.pdf);
+            value.set(lane, sample.map_or(Rgb::ZERO, |s| s.value));
             if !DIFFUSE && let Some(s) = sample {
-                value.set(lane, s.value);
                 delta[lane] = u32::from(s.delta);
                 paths.eta2[lane] *= s.eta * s.eta;
             }
         }
         let mut absorbed = [0; LANES];
         for lane in 0..LANES {
-            let f = match DIFFUSE {
-                true => vertices.material(self.scene, lane).eval(wo.get(lane), wi.get(lane)),
-                false => value.get(lane),
-            };
-            let beta = paths.beta.get(lane) * (f / pdf[lane]);
+            let beta = paths.beta.get(lane) * (value.get(lane) / pdf[lane]);
             absorbed[lane] = u32::from((pdf[lane] == 0.0) | (beta == Rgb::ZERO));
             paths.beta.set(lane, beta);
             paths.wo.set(lane, -Frame::new(vertices.normal.get(lane)).to_world(wi.get(lane)));

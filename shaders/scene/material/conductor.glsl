@@ -7,7 +7,7 @@
 
 bool conductor_sample(vec3 eta, vec3 k, vec3 reflectance, vec3 wo, out Scattered s) {
     if (wo.z <= 0.0) return false;
-    s = Scattered(vec3(-wo.x, -wo.y, wo.z), 1.0, reflectance * fresnel_conductor(wo.z, eta, k), true, 1.0);
+    s = reflected(wo, 1.0, reflectance * fresnel_conductor(wo.z, eta, k));
     return true;
 }
 #endif

@@ -11,7 +11,7 @@ bool dielectric_sample(float eta, vec3 reflectance, vec3 transmittance, vec3 wo,
     float cos;
     float r = fresnel_dielectric(wo.z, eta, cos);
     if (happens(word, r)) {
-        s = Scattered(vec3(-wo.x, -wo.y, wo.z), r, reflectance * r, true, 1.0);
+        s = reflected(wo, r, reflectance);
     } else {
         float t = 1.0 - r, inverse = 1.0 / eta;
         s = Scattered(vec3(-wo.x * inverse, -wo.y * inverse, -cos), t, transmittance * (t * inverse * inverse), true, eta);

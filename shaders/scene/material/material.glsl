@@ -58,7 +58,7 @@ bool material_sample(Material material, uint directions, vec3 wo, uvec4 words, o
         return thin_dielectric_sample(material.eta, material.reflectance, material.second, wo, words.z, s);
     }
     if (is(material, EFFECT_NULL, MATERIAL_NULL)) {
-        s = Scattered(-wo, 1.0, vec3(1.0), true, 1.0);
+        s = straight(wo, 1.0, vec3(1.0));
         return true;
     }
     return false;

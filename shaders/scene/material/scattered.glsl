@@ -9,4 +9,12 @@ struct Scattered {
     bool delta;
     float eta;
 };
+
+Scattered reflected(vec3 wo, float share, vec3 factor) {
+    return Scattered(vec3(-wo.x, -wo.y, wo.z), share, factor * share, true, 1.0);
+}
+
+Scattered straight(vec3 wo, float share, vec3 factor) {
+    return Scattered(-wo, share, factor * share, true, 1.0);
+}
 #endif

@@ -12,10 +12,9 @@ bool thin_dielectric_sample(float eta, vec3 reflectance, vec3 transmittance, vec
     float once = fresnel_dielectric(wo.z, eta, cos);
     float r = 2.0 * once / (1.0 + once);
     if (happens(word, r)) {
-        s = Scattered(vec3(-wo.x, -wo.y, wo.z), r, reflectance * r, true, 1.0);
+        s = reflected(wo, r, reflectance);
     } else {
-        float t = 1.0 - r;
-        s = Scattered(-wo, t, transmittance * t, true, 1.0);
+        s = straight(wo, 1.0 - r, transmittance);
     }
     return true;
 }

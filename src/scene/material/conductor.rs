@@ -8,6 +8,5 @@ pub(super) fn sample(eta: Rgb, k: Rgb, reflectance: Rgb, wo: Vec3) -> Option<Sca
     if wo.z <= 0.0 {
         return None;
     }
-    let value = reflectance * fresnel::conductor(wo.z, eta, k);
-    Some(Scattered { wi: Vec3::new(-wo.x, -wo.y, wo.z), pdf: 1.0, value, delta: true, eta: 1.0 })
+    Some(Scattered::reflected(wo, 1.0, reflectance * fresnel::conductor(wo.z, eta, k)))
 }

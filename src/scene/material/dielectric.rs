@@ -12,7 +12,7 @@ pub(super) fn sample(eta: f32, reflectance: Rgb, transmittance: Rgb, wo: Vec3, w
     }
     let (r, cos) = fresnel::dielectric(wo.z, eta);
     Some(if happens(word, r) {
-        Scattered { wi: Vec3::new(-wo.x, -wo.y, wo.z), pdf: r, value: reflectance * r, delta: true, eta: 1.0 }
+        Scattered::reflected(wo, r, reflectance)
     } else {
         let (t, inverse) = (1.0 - r, 1.0 / eta);
         let wi = Vec3::new(-wo.x * inverse, -wo.y * inverse, -cos);

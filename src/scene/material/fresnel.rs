@@ -25,8 +25,8 @@ pub(super) fn conductor(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
     let cos2 = cos * cos;
     let sin2 = (1.0 - cos) * (1.0 + cos);
     let real = eta * eta - k * k - Vec3::splat(sin2);
-    let modulus = sqrt(real * real + eta * eta * k * k * 4.0);
-    let a = sqrt(((modulus + real) * 0.5).max(Vec3::ZERO));
+    let modulus = (real * real + eta * eta * k * k * 4.0).sqrt();
+    let a = ((modulus + real) * 0.5).max(Vec3::ZERO).sqrt();
     let (sum, across) = (modulus + Vec3::splat(cos2), a * (2.0 * cos));
     let s = (sum - across) / (sum + across).max(TINY);
     let (sum, along) = (modulus * cos2 + Vec3::splat(sin2 * sin2), across * sin2);
@@ -37,8 +37,3 @@ pub(super) fn conductor(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
 
 /// Keeps 0/0 away, at grazing angles to nothing at all.
 const TINY: Vec3 = Vec3::splat(f32::MIN_POSITIVE);
-
-#[inline(always)]
-fn sqrt(v: Vec3) -> Vec3 {
-    Vec3::new(v.x.sqrt(), v.y.sqrt(), v.z.sqrt())
-}

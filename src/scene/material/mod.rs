@@ -9,6 +9,9 @@ mod thin_dielectric;
 use crate::math::{Rgb, Vec3};
 use crate::sampling::strategy::Directions;
 
+/// Largest index of refraction, of either side over the other: beyond it squares leave the range of floats.
+pub(crate) const LARGEST_INDEX: f32 = 1e6;
+
 /// What a surface does to light. One side of a shape; see [`super::Shape::front`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Material {
@@ -65,6 +68,20 @@ pub struct Scattered {
     pub eta: f32,
 }
 
+impl Scattered {
+    /// The share `share` of all light, as a mirror reflects it, times `factor`.
+    #[inline(always)]
+    fn reflected(wo: Vec3, share: f32, factor: Rgb) -> Self {
+        Self { wi: Vec3::new(-wo.x, -wo.y, wo.z), pdf: share, value: factor * share, delta: true, eta: 1.0 }
+    }
+
+    /// The share `share` of all light, straight on, times `factor`.
+    #[inline(always)]
+    fn straight(wo: Vec3, share: f32, factor: Rgb) -> Self {
+        Self { wi: -wo, pdf: share, value: factor * share, delta: true, eta: 1.0 }
+    }
+}
+
 /// Directions are unit vectors that point away from the surface, in the local frame: z = the shading normal on the side of `wo`.
 /// Densities are over solid angle.
 impl Material {
@@ -101,7 +118,7 @@ impl Material {
             Self::ThinDielectric { eta, reflectance, transmittance } => {
                 thin_dielectric::sample(eta, reflectance, transmittance, wo, words[2])
             }
-            Self::Null => Some(Scattered { wi: -wo, pdf: 1.0, value: Rgb::ONE, delta: true, eta: 1.0 }),
+            Self::Null => Some(Scattered::straight(wo, 1.0, Rgb::ONE)),
         }
     }
 }

@@ -12,10 +12,8 @@ pub(super) fn sample(eta: f32, reflectance: Rgb, transmittance: Rgb, wo: Vec3, w
     }
     let (once, _) = fresnel::dielectric(wo.z, eta);
     let r = 2.0 * once / (1.0 + once);
-    Some(if happens(word, r) {
-        Scattered { wi: Vec3::new(-wo.x, -wo.y, wo.z), pdf: r, value: reflectance * r, delta: true, eta: 1.0 }
-    } else {
-        let t = 1.0 - r;
-        Scattered { wi: -wo, pdf: t, value: transmittance * t, delta: true, eta: 1.0 }
+    Some(match happens(word, r) {
+        true => Scattered::reflected(wo, r, reflectance),
+        false => Scattered::straight(wo, 1.0 - r, transmittance),
     })
 }

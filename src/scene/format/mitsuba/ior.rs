@@ -73,7 +73,7 @@ const CONDUCTORS: [(&str, [f32; 3], [f32; 3]); 37] = [
 
 /// The index of a dielectric.
 pub(super) fn dielectric(name: &str) -> Option<f64> {
-    DIELECTRICS.iter().find(|d| d.0 == name.to_lowercase()).map(|d| d.1)
+    DIELECTRICS.iter().find(|d| d.0.eq_ignore_ascii_case(name)).map(|d| d.1)
 }
 
 /// η and k of a conductor.

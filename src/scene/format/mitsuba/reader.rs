@@ -5,7 +5,7 @@ use super::super::spectrum::Spectrum;
 use super::attribute::{Attributes, File, Parameter};
 use super::tree::{Child, Node, Property, Target, Tree};
 use super::value::{self, Parsed, Value};
-use crate::error::{Error, Place, Result, suggestion};
+use crate::error::{Error, Place, Result, did_you_mean, suggestion};
 use glam::{DAffine3, DVec3};
 use roxmltree::{Document, Node as Xml, ParsingOptions};
 use std::cell::Cell;
@@ -67,8 +67,7 @@ pub(super) fn read(text: &str, path: &Path, parameters: &[(String, String)]) -> 
     reader.file(text, path, None)?;
     if let Some(unknown) = reader.parameters.iter().find(|p| !p.known) {
         let known: Vec<_> = reader.parameters.iter().filter(|p| p.known).map(|p| p.name.as_str()).collect();
-        let hint = suggestion(&unknown.name, known.iter().copied());
-        let hint = hint.map_or(String::new(), |s| format!("; did you mean `{s}`?"));
+        let hint = did_you_mean(&unknown.name, known.iter().copied());
         let all = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
         let message = format!("the scene has no parameter `{}`{hint} (it has: {all})", unknown.name);
         return Err(Error::input(Place::file(path), message));

@@ -4,9 +4,10 @@ use super::super::shorten;
 use super::super::spectrum::{Role, Spectrum};
 use super::value::Value;
 use super::{Builder, Node, ior};
-use crate::error::{Error, Place, Result, suggestion};
+use crate::error::{Error, Place, Result, did_you_mean};
 use crate::math::Rgb;
 use crate::scene::Material;
+use crate::scene::material::LARGEST_INDEX;
 use glam::DVec3;
 
 const BSDFS: &str = "conductor, dielectric, diffuse, null, thindielectric, twosided";
@@ -67,8 +68,7 @@ impl Builder {
             ("none", [eta, k]) => [eta.unwrap_or(Rgb::ZERO), k.unwrap_or(Rgb::ONE)],
             (_, [None, None]) => ior::conductor(&name).ok_or_else(|| {
                 let names: Vec<_> = ior::conductors().collect();
-                let hint = suggestion(&name, names.iter().copied());
-                let hint = hint.map_or(String::new(), |s| format!("; did you mean `{s}`?"));
+                let hint = did_you_mean(&name, names.iter().copied());
                 let all = names.join(", ");
                 node.error(format!("no conductor is called `{}`{hint} (allowed: none, {all})", shorten(&name)))
             })?,
@@ -115,8 +115,12 @@ impl Builder {
             }
         };
         let eta = (of("int_ior", "bk7")? / of("ext_ior", "air")?) as f32;
-        if !(1e-6..=1e6).contains(&eta) {
-            return Err(node.error(format!("the ratio of indices of refraction is {eta}; allowed: 1e-6 to 1e6")));
+        let allowed = 1.0 / LARGEST_INDEX..=LARGEST_INDEX;
+        if !allowed.contains(&eta) {
+            let (low, high) = allowed.into_inner();
+            return Err(
+                node.error(format!("the ratio of indices of refraction is {eta}; allowed: {low:e} to {high:e}"))
+            );
         }
         let reflectance = self.factor(index, "specular_reflectance", 1.0)?;
         let transmittance = self.factor(index, "specular_transmittance", 1.0)?;
@@ -129,7 +133,7 @@ impl Builder {
         let Some((value, place)) = self.color(&self.tree.nodes[index], name)? else { return Ok(None) };
         let rgb = to_rgb(&value, Role::Reflectance);
         let sound = matches!(&value, Value::Spectrum(Spectrum::List(l)) if l.iter().all(|p| p.1 >= 0.0));
-        self.in_gamut(rgb, rgb.clamp(Rgb::ZERO, Rgb::splat(1e6)), sound, place, name, "in [0, 1e6]").map(Some)
+        self.in_gamut(rgb, rgb.clamp(Rgb::ZERO, Rgb::splat(LARGEST_INDEX)), sound, place, name, "in [0, 1e6]").map(Some)
     }
 
     /// Refuses objects inside a BSDF or emitter that stand for none of these properties.

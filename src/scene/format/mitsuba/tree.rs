@@ -2,7 +2,7 @@
 
 use super::super::shorten;
 use super::value::Value;
-use crate::error::{Error, Place, Result, suggestion};
+use crate::error::{Error, Place, Result, did_you_mean};
 use glam::{DAffine3, DVec3};
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -61,8 +61,7 @@ impl Tree {
         match &child.target {
             Target::Node(index) => Ok(*index),
             Target::Reference(id) => self.ids.get(id).copied().ok_or_else(|| {
-                let hint = suggestion(id, self.ids.keys().map(String::as_str));
-                let hint = hint.map_or(String::new(), |s| format!("; did you mean `{s}`?"));
+                let hint = did_you_mean(id, self.ids.keys().map(String::as_str));
                 Error::input(child.place.clone(), format!("no object has the id `{}`{hint}", shorten(id)))
             }),
         }
