@@ -21,11 +21,14 @@ pub struct Bvh {
     quadrics: Option<(Tree, Vec<BoundedQuadric>)>,
     /// Only where the scene has few triangles.
     few: Option<Few>,
-    /// Of each triangle.
+    /// Of each triangle, where there are not more than [`MOST_SURFACES`].
     surfaces: Vec<Surface>,
     #[cfg(target_arch = "x86_64")]
     avx2: Option<super::simd::Avx2>,
 }
+
+/// Two mebibytes: beyond this a table of surfaces is no longer in a core's cache when it is asked for, and only takes memory.
+const MOST_SURFACES: usize = 1 << 15;
 
 impl Bvh {
     /// Builds the trees; owns a copy of the geometry.
@@ -48,11 +51,12 @@ impl Bvh {
         );
         let boxes: Vec<_> = primitives.quadrics.iter().map(|q| q.bounds).collect();
         let quadrics = Tree::new(&boxes, 1, |_| 1.0, |leaf| leaf[0]);
+        let tabulated = if scene.triangles.len() <= MOST_SURFACES { scene.triangles.len() } else { 0 };
         Ok(Self {
             few: Few::new(&primitives.triangles),
             triangles: triangles.map(|tree| (tree, packets)),
             quadrics: quadrics.map(|tree| (tree, primitives.quadrics)),
-            surfaces: (0..scene.triangles.len() as u32).map(|t| Surface::new(scene, t)).collect(),
+            surfaces: (0..tabulated as u32).map(|t| Surface::new(scene, t)).collect(),
             #[cfg(target_arch = "x86_64")]
             avx2: super::simd::Avx2::detect(),
         })

@@ -98,7 +98,8 @@ pub fn segment(from: impl Into<Endpoint>, to: impl Into<Endpoint>) -> Ray {
     Ray { origin, direction: end - origin, t_max: 1.0, from: from.triangle, to: to.triangle }
 }
 
-/// A triangle as shading needs it, made once per scene: sixteen words, one line of the cache. GPUs get the same words.
+/// A triangle as shading needs it: sixteen words, one line of the cache. Made once per scene where that is small, else at each
+/// hit. GPUs get the same words.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct Surface {
@@ -191,7 +192,7 @@ impl SurfaceLanes {
         SurfacePoint { p, p_error, ng, ns: self.ns.get(lane), shape: self.shape[lane], triangle }
     }
 
-    /// The points of `live` lanes' hits; the others may hold anything.
+    /// The points of `live` lanes' hits; the others may hold anything. `surfaces`: those of all triangles, or none.
     #[inline(always)]
     pub(super) fn fill<R: Registers>(
         &mut self,
@@ -204,13 +205,27 @@ impl SurfaceLanes {
     ) {
         let mut curved = live;
         self.lights = 0;
-        if let Some(any) = surfaces.first() {
-            let mut rows: [&[f32; 16]; LANES] = [bytemuck::cast_ref(any); LANES];
-            for lane in 0..LANES {
-                if let Some(surface) = surfaces.get(hits.primitive[lane] as usize) {
-                    rows[lane] = bytemuck::cast_ref(surface);
-                    curved &= !(1 << lane);
+        let triangles = scene.triangles.len() as u32;
+        if triangles > 0 {
+            let mut made;
+            let mut rows: [&[f32; 16]; LANES];
+            if let Some(any) = surfaces.first() {
+                rows = [bytemuck::cast_ref(any); LANES];
+                for lane in 0..LANES {
+                    if let Some(surface) = surfaces.get(hits.primitive[lane] as usize) {
+                        rows[lane] = bytemuck::cast_ref(surface);
+                        curved &= !(1 << lane);
+                    }
                 }
+            } else {
+                made = [bytemuck::Zeroable::zeroed(); LANES];
+                for lane in set_bits(live) {
+                    if hits.primitive[lane] < triangles {
+                        made[lane] = Surface::new(scene, hits.primitive[lane]);
+                        curved &= !(1 << lane);
+                    }
+                }
+                rows = made.each_ref().map(|surface: &Surface| bytemuck::cast_ref(surface));
             }
             let columns = registers.columns(&rows);
             let vectors = |first: usize| Vec3Lanes { x: columns[first], y: columns[first + 1], z: columns[first + 2] };
@@ -238,7 +253,7 @@ impl SurfaceLanes {
         }
         for lane in set_bits(curved) {
             if let Some(hit) = hits.get(lane) {
-                let index = hit.primitive - surfaces.len() as u32;
+                let index = hit.primitive - triangles;
                 let at = scene.quadric_point(&rays.get(lane), &hit, index);
                 let shape = &scene.shapes[index as usize];
                 self.end.set(lane, Endpoint::from(&at));

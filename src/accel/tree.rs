@@ -46,6 +46,9 @@ pub(super) struct Tree {
     stack: usize,
 }
 
+/// From so many boxes on the builder takes less care: building would take seconds longer than rays through the better tree save.
+const LARGE: usize = 1 << 20;
+
 impl Tree {
     /// Over `boxes`, at most `per_leaf` in a leaf. `cost` is the SAH cost of a leaf of so many primitives relative to an inner
     /// node's; `leaf` stores the primitives of a leaf and names it (< 2³¹). `None` where there are no boxes.
@@ -59,14 +62,16 @@ impl Tree {
             return None;
         }
         let aabbs: Vec<Aabb> = boxes.iter().map(|b| Aabb::new(b.lo.into(), b.hi.into())).collect();
+        let (search, reinserted) =
+            if boxes.len() < LARGE { (PlocSearchDistance::Medium, 0.25) } else { (PlocSearchDistance::Low, 0.02) };
         let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
-            PlocSearchDistance::Medium,
+            search,
             &aabbs,
             (0..boxes.len() as u32).collect(),
             SortPrecision::U64,
             3,
         );
-        ReinsertionOptimizer::default().run(&mut binary, 0.25, None);
+        ReinsertionOptimizer::default().run(&mut binary, reinserted, None);
         let plan = Plan::new(&binary, boxes, per_leaf, cost);
         let mut tree = Self { nodes: Vec::new(), root: 0, bounds: plan.bounds[0], stack: 1 };
         // (binary node, node and slot that lead to it, stack entries in use when it is entered)
