@@ -12,29 +12,33 @@ mod shaders {
     use glslang::{Compiler, CompilerOptions, ShaderInput, ShaderSource, ShaderStage, Target};
     use std::path::{Path, PathBuf};
 
-    /// Entry points below shaders/, and the names of what becomes of them.
-    const ENTRIES: [(&str, &str); 13] = [
-        ("path.comp", "path"),
-        ("path_query.comp", "path_query"),
-        ("path.rgen", "path_generation"),
-        ("path.rmiss", "path_miss"),
-        ("path.rahit", "path_any_hit"),
-        ("path.rchit", "path_closest_hit"),
-        ("path_quadric.rchit", "path_quadric_hit"),
-        ("path.rint", "path_intersection"),
-        ("fold.comp", "fold"),
-        ("test/math.comp", "test_math"),
-        ("test/sampling.comp", "test_sampling"),
-        ("test/light.comp", "test_light"),
-        ("test/intersection.comp", "test_intersection"),
+    /// Entry points below shaders/, the names of what becomes of them, and macros. Drivers take long for code even where
+    /// constants switch it off, so kernels come in variants: `FULL` has the rarer effects.
+    const ENTRIES: [(&str, &str, &[&str]); 16] = [
+        ("path.comp", "path", &[]),
+        ("path.comp", "path_full", &["FULL"]),
+        ("path_query.comp", "path_query", &[]),
+        ("path_query.comp", "path_query_full", &["FULL"]),
+        ("path.rgen", "path_generation", &[]),
+        ("path.rgen", "path_generation_full", &["FULL"]),
+        ("path.rmiss", "path_miss", &[]),
+        ("path.rahit", "path_any_hit", &[]),
+        ("path.rchit", "path_closest_hit", &[]),
+        ("path_quadric.rchit", "path_quadric_hit", &[]),
+        ("path.rint", "path_intersection", &[]),
+        ("fold.comp", "fold", &[]),
+        ("test/math.comp", "test_math", &["FULL"]),
+        ("test/sampling.comp", "test_sampling", &[]),
+        ("test/light.comp", "test_light", &[]),
+        ("test/intersection.comp", "test_intersection", &[]),
     ];
 
     pub(super) fn compile() {
         let root = Path::new("shaders");
         let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets it"));
-        for (file, name) in ENTRIES {
+        for (file, name, macros) in ENTRIES {
             let path = root.join(file);
-            let words = translate(root, &path).unwrap_or_else(|log| {
+            let words = translate(root, &path, macros).unwrap_or_else(|log| {
                 for line in log.lines().filter(|l| !l.trim().is_empty()) {
                     println!("cargo:warning={line}");
                 }
@@ -56,7 +60,7 @@ mod shaders {
         }
     }
 
-    fn translate(root: &Path, path: &Path) -> Result<Vec<u32>, String> {
+    fn translate(root: &Path, path: &Path, macros: &[&str]) -> Result<Vec<u32>, String> {
         let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
         let compiler = Compiler::acquire().ok_or("glslang does not start")?;
         let options = CompilerOptions {
@@ -81,8 +85,8 @@ mod shaders {
         let place = |e: glslang::error::GlslangError| {
             e.to_string().replace("ERROR: 0:", &format!("ERROR: {}:", path.display()))
         };
-        let input = ShaderInput::new(&source, stage, &options, None::<&[(&str, Option<&str>)]>, Some(&mut includes))
-            .map_err(place)?;
+        let macros: Vec<(&str, Option<&str>)> = macros.iter().map(|name| (*name, None)).collect();
+        let input = ShaderInput::new(&source, stage, &options, Some(&macros), Some(&mut includes)).map_err(place)?;
         compiler.create_shader(input).map_err(place)?.compile().map_err(place)
     }
 

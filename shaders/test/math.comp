@@ -4,6 +4,7 @@
 
 #include "math/frame.glsl"
 #include "math/robust.glsl"
+#include "math/special.glsl"
 #include "math/spherical.glsl"
 #include "math/trig.glsl"
 #include "math/vector.glsl"
@@ -39,11 +40,11 @@ const uint TRIANGLE_SOLID_ANGLE = 22u;
 const uint PARALLELOGRAM_SOLID_ANGLE = 23u;
 const uint SPHERICAL_TRIANGLE = 24u;
 const uint SPHERICAL_RECTANGLE = 25u;
-const uint DIFFUSE_EVAL = 26u;
-const uint DIFFUSE_PDF = 27u;
-const uint DIFFUSE_SAMPLE = 28u;
-const uint MATERIAL_EVAL = 29u;
-const uint MATERIAL_PDF = 30u;
+const uint EXP_NEG = 26u;
+const uint LN = 27u;
+const uint ERF = 28u;
+const uint ERF_INV = 29u;
+const uint MATERIAL_EVAL = 30u;
 const uint MATERIAL_SAMPLE = 31u;
 const uint DOT3 = 32u;
 const uint CROSS3 = 33u;
@@ -58,7 +59,10 @@ const uint FILTER_SAMPLE = 40u;
 float f1(uint k) { return uintBitsToFloat(in_word(k)); }
 vec2 f2(uint k) { return vec2(f1(k), f1(k + 1u)); }
 vec3 f3(uint k) { return vec3(f1(k), f1(k + 1u), f1(k + 2u)); }
-Material material() { return Material(f3(0u), in_word(3u), f3(4u), f1(7u), f3(8u)); }
+Material material() {
+    return Material(f3(0u), in_word(3u), f3(4u), f1(7u), f3(8u), in_word(11u), f2(12u), in_word(14u), in_word(15u), f1(16u),
+        f1(17u));
+}
 
 void put(uint k, float x) { out_word(k, floatBitsToUint(x)); }
 void put(uint k, bool x) { out_word(k, uint(x)); }
@@ -136,20 +140,23 @@ void main() {
             }
             break;
         }
-        case DIFFUSE_EVAL: put(0u, diffuse_eval(f3(0u), f3(3u), f3(6u))); break;
-        case DIFFUSE_PDF: put(0u, diffuse_pdf(in_word(0u), f3(1u), f3(4u))); break;
-        case DIFFUSE_SAMPLE: {
-            Scattered s;
-            uvec4 drawn = uvec4(in_word(7u), in_word(8u), in_word(9u), in_word(10u));
-            if (diffuse_sample(in_word(0u), f3(1u), f3(4u), drawn, s)) put_scattered(s);
+        case EXP_NEG: put(0u, exp_neg(f1(0u))); break;
+        case LN: put(0u, ln(f1(0u))); break;
+        case ERF:
+            put(0u, erf(f1(0u)));
+            put(1u, erfcx(abs(f1(0u))));
+            break;
+        case ERF_INV: put(0u, erf_inv(f1(0u))); break;
+        case MATERIAL_EVAL: {
+            float pdf;
+            put(0u, material_eval(material(), Floats(test.tables), in_word(18u), f3(19u), f3(22u), pdf));
+            put(3u, pdf);
             break;
         }
-        case MATERIAL_EVAL: put(0u, material_eval(material(), f3(11u), f3(14u))); break;
-        case MATERIAL_PDF: put(0u, material_pdf(material(), in_word(11u), f3(12u), f3(15u))); break;
         case MATERIAL_SAMPLE: {
             Scattered s;
-            uvec4 drawn = uvec4(in_word(15u), in_word(16u), in_word(17u), in_word(18u));
-            if (material_sample(material(), in_word(11u), f3(12u), drawn, s)) put_scattered(s);
+            uvec4 drawn = uvec4(in_word(22u), in_word(23u), in_word(24u), in_word(25u));
+            if (material_sample(material(), Floats(test.tables), in_word(18u), f3(19u), drawn, s)) put_scattered(s);
             break;
         }
         case DOT3: put(0u, dot3(f3(0u), f3(3u))); break;

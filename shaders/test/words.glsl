@@ -28,7 +28,7 @@ bool start() {
 }
 
 uint in_word(uint k) {
-    return test.inputs.at[gl_GlobalInvocationID.x * 24u + k];
+    return test.inputs.at[gl_GlobalInvocationID.x * 28u + k];
 }
 
 void out_word(uint k, uint word) {

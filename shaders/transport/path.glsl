@@ -123,10 +123,10 @@ vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, vec3 norma
     }
     Frame frame = frame_new(normal);
     vec3 wo = frame_to_local(frame, path.wo), wi = frame_to_local(frame, light.wi);
-    vec3 f = material_eval(material, wo, wi);
+    float pdf_direction;
+    vec3 f = material_eval(material, tracer.it.transmittances, directions(tracer), wo, wi, pdf_direction);
     if (f == vec3(0.0)) return vec3(0.0);
-    bool only_light = light.delta || heuristic(tracer) == HEURISTIC_NONE;
-    float pdf_direction = only_light ? 0.0 : material_pdf(material, directions(tracer), wo, wi);
+    if (light.delta || heuristic(tracer) == HEURISTIC_NONE) pdf_direction = 0.0;
     Endpoint from = endpoint_of(vertex.at);
     Ray shadow;
     if (light.direction_only) {
@@ -145,20 +145,20 @@ bool path_bounce(TracerAt tracer, Draw draw, inout Path path, Vertex vertex, vec
     Frame frame = frame_new(normal);
     vec3 wo = frame_to_local(frame, path.wo);
     Scattered s;
-    if (!material_sample(material, directions(tracer), wo, words, s)) return false;
+    if (!material_sample(material, tracer.it.transmittances, directions(tracer), wo, words, s)) return false;
     path.beta *= s.value / s.pdf;
     if (path.beta == vec3(0.0)) return false;
     vec3 direction = frame_to_world(frame, s.wi);
     path.wo = -direction;
     path.pdf = s.pdf;
     path.delta = has(EFFECT_DELTA) && s.delta;
-    if (has(EFFECT_DELTA)) path.eta2 *= s.eta * s.eta;
+    if (has(EFFECT_REFRACTION)) path.eta2 *= s.eta * s.eta;
     path.p = vertex.at.p;
     path.ray = leave(endpoint_of(vertex.at), direction);
     if (path.depth >= roulette_depth(tracer)) {
         // Radiance is smaller where light is slower, but carries no less.
         float largest = max_element3(path.beta);
-        if (has(EFFECT_DELTA)) largest *= path.eta2;
+        if (has(EFFECT_REFRACTION)) largest *= path.eta2;
         float survival = largest < LARGEST_SURVIVAL ? largest : LARGEST_SURVIVAL;
         if (unit_f32(words.w) >= survival) return false;
         path.beta /= survival;

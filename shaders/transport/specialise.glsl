@@ -24,8 +24,20 @@ const uint EFFECT_CONDUCTORS = 128u;
 const uint EFFECT_DIELECTRICS = 256u;
 const uint EFFECT_THIN_DIELECTRICS = 512u;
 const uint EFFECT_NULL = 1024u;
+const uint EFFECT_ROUGH_CONDUCTORS = 1u << 18;
+const uint EFFECT_ROUGH_DIELECTRICS = 1u << 19;
+const uint EFFECT_PLASTICS = 1u << 20;
+const uint EFFECT_ROUGH_PLASTICS = 1u << 21;
+const uint EFFECT_BECKMANN = 1u << 22;
 // Materials with delta lobes.
-const uint EFFECT_DELTA = EFFECT_CONDUCTORS | EFFECT_DIELECTRICS | EFFECT_THIN_DIELECTRICS | EFFECT_NULL;
+const uint EFFECT_DELTA =
+    EFFECT_CONDUCTORS | EFFECT_DIELECTRICS | EFFECT_THIN_DIELECTRICS | EFFECT_NULL | EFFECT_PLASTICS;
+// Materials that refract.
+const uint EFFECT_REFRACTION = EFFECT_DIELECTRICS | EFFECT_ROUGH_DIELECTRICS;
+// Materials of microfacets.
+const uint EFFECT_ROUGH = EFFECT_ROUGH_CONDUCTORS | EFFECT_ROUGH_DIELECTRICS | EFFECT_ROUGH_PLASTICS;
+// Materials that only the variant FULL of the kernels has.
+const uint EFFECT_COATED = EFFECT_ROUGH | EFFECT_PLASTICS;
 
 // Any of them.
 bool has(uint effect) {

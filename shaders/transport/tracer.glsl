@@ -21,6 +21,7 @@ struct Tracer {
     Vec3s normals;
     Shapes shapes;
     Materials materials;
+    Floats transmittances;
     // Radiance of each light with an extent.
     Vec3s radiances;
     uint64_t top_level;

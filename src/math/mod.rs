@@ -5,6 +5,7 @@ pub mod frame;
 pub mod lanes;
 pub mod rgb;
 pub mod robust;
+pub mod special;
 pub mod spherical;
 pub mod trig;
 pub mod warp;

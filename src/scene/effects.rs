@@ -1,5 +1,6 @@
 //! What a scene calls for, of all that the path tracer can do.
 
+use super::material::{Distribution, Microfacets};
 use super::{Geometry, Light, Material, Scene};
 
 /// The effects that a scene calls for, one bit each. GPU kernels leave out the rest; its twin is
@@ -33,8 +34,22 @@ impl Effects {
     /// Surfaces that let all light through.
     pub const NULL: Self = Self(1024);
 
+    /// Rough conductors.
+    pub const ROUGH_CONDUCTORS: Self = Self(1 << 18);
+    /// Rough dielectrics.
+    pub const ROUGH_DIELECTRICS: Self = Self(1 << 19);
+    /// Diffuse materials under smooth coats.
+    pub const PLASTICS: Self = Self(1 << 20);
+    /// Diffuse materials under rough coats.
+    pub const ROUGH_PLASTICS: Self = Self(1 << 21);
+    /// Microfacets with Gaussian slopes.
+    pub const BECKMANN: Self = Self(1 << 22);
+
+    /// What the short variant of the GPU's kernels has: drivers take long for code even where constants switch it off.
+    pub const SHORT: Self = Self((1 << 11) - 1);
+
     /// Every effect with its name.
-    pub const ALL: [(Self, &str); 11] = [
+    pub const ALL: [(Self, &str); 16] = [
         (Self::TRIANGLES, "triangles"),
         (Self::QUADRICS, "quadrics"),
         (Self::SMOOTH_NORMALS, "smooth normals"),
@@ -46,6 +61,11 @@ impl Effects {
         (Self::DIELECTRICS, "smooth dielectrics"),
         (Self::THIN_DIELECTRICS, "thin dielectrics"),
         (Self::NULL, "null materials"),
+        (Self::ROUGH_CONDUCTORS, "rough conductors"),
+        (Self::ROUGH_DIELECTRICS, "rough dielectrics"),
+        (Self::PLASTICS, "smooth plastics"),
+        (Self::ROUGH_PLASTICS, "rough plastics"),
+        (Self::BECKMANN, "Beckmann microfacets"),
     ];
 
     /// What the scene calls for; `samples_lights`: whether the strategy has lights to sample there.
@@ -66,6 +86,10 @@ impl Effects {
 
     /// What the scene's materials call for.
     pub fn of_materials(scene: &Scene) -> Self {
+        let slopes = |facets: &Microfacets| match facets.distribution {
+            Distribution::Ggx => Self::NONE,
+            Distribution::Beckmann => Self::BECKMANN,
+        };
         let of = |material: &Material| match material {
             Material::Black => Self::NONE,
             Material::Diffuse { .. } => Self::DIFFUSE,
@@ -73,6 +97,10 @@ impl Effects {
             Material::Dielectric { .. } => Self::DIELECTRICS,
             Material::ThinDielectric { .. } => Self::THIN_DIELECTRICS,
             Material::Null => Self::NULL,
+            Material::RoughConductor { facets, .. } => Self::ROUGH_CONDUCTORS.with(slopes(facets)),
+            Material::RoughDielectric { facets, .. } => Self::ROUGH_DIELECTRICS.with(slopes(facets)),
+            Material::Plastic { .. } => Self::PLASTICS,
+            Material::RoughPlastic { facets, .. } => Self::ROUGH_PLASTICS.with(slopes(facets)),
         };
         scene.materials.iter().map(of).fold(Self::NONE, Self::with)
     }

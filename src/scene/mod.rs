@@ -16,6 +16,7 @@ pub use camera::{Camera, Film, Filter};
 pub use effects::Effects;
 pub use light::Light;
 pub use material::Material;
+use material::Transmittance;
 pub use shape::{Geometry, Shape};
 
 /// Everything that a renderer needs. Indices are checked once, by [`Scene::validate`].
@@ -39,6 +40,8 @@ pub struct Scene {
     pub shapes: Vec<Shape>,
     /// Surface materials. Index 0 is always [`Material::Black`].
     pub materials: Vec<Material>,
+    /// Tables of rough coats.
+    pub transmittances: Vec<Transmittance>,
     /// Light sources.
     pub lights: Vec<Light>,
     /// Files that determine the scene (the scene file, includes, meshes), for content hashes.

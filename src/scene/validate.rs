@@ -1,6 +1,6 @@
 //! The checks that make a scene safe to trace: every index in range, every number finite and in its range.
 
-use super::material::LARGEST_INDEX;
+use super::material::{Coat, LARGEST_INDEX, ROUGHNESS};
 use super::{Camera, Geometry, Light, Material, Scene, Triangle};
 use crate::math::{Rgb, Vec3};
 
@@ -122,21 +122,52 @@ impl Scene {
                 problems.unless(inside, || format!("material {i}: {name} {c} is not in [0, 1]"));
             };
             let mut index = None;
+            let mut rough = None;
+            let mut coated = None;
             match material {
                 Material::Black | Material::Null => {}
                 Material::Diffuse { reflectance } => factor("reflectance", reflectance),
-                Material::Conductor { eta, k, reflectance } => {
+                Material::Conductor { eta, k, reflectance } | Material::RoughConductor { eta, k, reflectance, .. } => {
                     factor("reflectance", reflectance);
                     let sound = |c: f32| (0.0..=LARGEST_INDEX).contains(&c);
                     let all = (0..3).all(|c| sound(eta[c]) && sound(k[c]) && eta[c] + k[c] > 0.0);
                     index = Some((all, format!("{eta} + i {k}")));
                 }
                 Material::Dielectric { eta, reflectance, transmittance }
-                | Material::ThinDielectric { eta, reflectance, transmittance } => {
+                | Material::ThinDielectric { eta, reflectance, transmittance }
+                | Material::RoughDielectric { eta, reflectance, transmittance, .. } => {
                     factor("reflectance", reflectance);
                     factor("transmittance", transmittance);
                     index = Some(((1.0 / LARGEST_INDEX..=LARGEST_INDEX).contains(eta), eta.to_string()));
                 }
+                Material::Plastic { coat, reflectance, specular }
+                | Material::RoughPlastic { coat, reflectance, specular, .. } => {
+                    factor("reflectance", reflectance);
+                    factor("specular reflectance", specular);
+                    coated = Some(coat);
+                    index = Some(((1.0 / LARGEST_INDEX..=LARGEST_INDEX).contains(&coat.eta), coat.eta.to_string()));
+                }
+            }
+            match material {
+                Material::RoughConductor { facets, .. } | Material::RoughDielectric { facets, .. } => {
+                    rough = Some(facets)
+                }
+                Material::RoughPlastic { facets, table, .. } => {
+                    rough = Some(facets);
+                    let there = (*table as usize) < self.transmittances.len();
+                    problems.unless(there, || format!("material {i} names table {table}"));
+                }
+                _ => {}
+            }
+            if let Some(facets) = rough {
+                let sound = facets.alpha.iter().all(|a| ROUGHNESS.contains(a));
+                problems
+                    .unless(sound, || format!("material {i}: roughness {:?} is not in {ROUGHNESS:?}", facets.alpha));
+            }
+            if let Some(Coat { internal, specular_weight, .. }) = coated {
+                let sound = (0.0..1.0).contains(internal) && (0.0..=1.0).contains(specular_weight);
+                problems
+                    .unless(sound, || format!("material {i}: the coat reflects {internal}, weight {specular_weight}"));
             }
             if let Some((sound, found)) = index {
                 problems.unless(sound, || {

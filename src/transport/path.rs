@@ -15,6 +15,7 @@ use crate::sampling::dimension::{Decision, group};
 use crate::sampling::rng::unit_f32;
 use crate::sampling::strategy::{Heuristic, Lights, NoRoulette, Roulette, Strategy, Technique};
 use crate::scene::light::{LightSampler, LightSamples, emitted, environment};
+use crate::scene::material::Evaluated;
 use crate::scene::{Effects, Material, Scene};
 use std::ops::Range;
 
@@ -294,11 +295,11 @@ impl<'a> PathTracer<'a> {
             let frame = Frame::new(vertices.normal.get(lane));
             let (wo, wi) = (frame.to_local(paths.wo.get(lane)), frame.to_local(light.wi.get(lane)));
             let material = vertices.material(self.scene, lane);
-            let f = material.eval(wo, wi);
+            let Evaluated { value: f, pdf } =
+                material.eval(&self.scene.transmittances, self.strategy.directions, wo, wi);
             dark[lane] = u32::from(f == Rgb::ZERO);
             scattered.set(lane, f);
             let only_light = light.delta[lane] || self.strategy.heuristic == Heuristic::None;
-            let pdf = material.pdf(self.strategy.directions, wo, wi);
             pdf_direction[lane] = if only_light { 0.0 } else { pdf };
         }
         for lane in 0..LANES {
@@ -349,7 +350,8 @@ impl<'a> PathTracer<'a> {
         let (mut value, mut delta) = (Vec3Lanes::ZERO, [0; LANES]);
         for lane in 0..LANES {
             let material = vertices.material(self.scene, lane);
-            let sample = material.sample(self.strategy.directions, wo.get(lane), lane_of(&words, lane));
+            let (tables, directions) = (&self.scene.transmittances, self.strategy.directions);
+            let sample = material.sample(tables, directions, wo.get(lane), lane_of(&words, lane));
             wi.set(lane, sample.map_or(Vec3::Z, |s| s.wi));
             pdf[lane] = sample.map_or(0.0, |s| s.pdf);
             value.set(lane, sample.map_or(Rgb::ZERO, |s| s.value));

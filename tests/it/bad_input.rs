@@ -62,7 +62,7 @@ fn xml(text: &str) -> Option<Error> {
 }
 
 /// What is put into the scene, and a part of the message that must come.
-const ELEMENTS: [(&str, &str); 84] = [
+const ELEMENTS: [(&str, &str); 88] = [
     ("<", "not well-formed"),
     ("<shape", "not well-formed"),
     ("<shape type='sphere'>", "not well-formed"),
@@ -136,8 +136,8 @@ const ELEMENTS: [(&str, &str); 84] = [
     ),
     ("<translate x='1'/>", "must stand inside <transform>"),
     (
-        "<shape type='cube'><bsdf type='plastic'/></shape>",
-        "bsdf `plastic` is not supported; allowed: conductor, dielectric",
+        "<shape type='cube'><bsdf type='velvet'/></shape>",
+        "bsdf `velvet` is not supported; allowed: conductor, dielectric",
     ),
     (
         "<shape type='cube'><bsdf type='conductor'><string name='material' value='ag'/></bsdf></shape>",
@@ -154,9 +154,26 @@ const ELEMENTS: [(&str, &str); 84] = [
     ("<shape type='cube'><bsdf type='dielectric'><float name='ext_ior' value='0'/></bsdf></shape>", "must be above 0"),
     (
         "<shape type='cube'><bsdf type='twosided'><bsdf type='dielectric'/></bsdf></shape>",
-        "allowed: diffuse, conductor (inside twosided)",
+        "allowed: conductor, diffuse, plastic, roughconductor, roughplastic (inside twosided)",
     ),
     ("<shape type='cube'><bsdf type='twosided'/></shape>", "one or two BSDFs"),
+    (
+        "<shape type='cube'><bsdf type='roughconductor'><string name='distribution' value='phong'/></bsdf></shape>",
+        "distribution is `phong`; allowed: beckmann, ggx",
+    ),
+    (
+        "<shape type='cube'><bsdf type='roughplastic'><float name='alpha' value='-0.1'/></bsdf></shape>",
+        "it must be at least 0 and at most 100",
+    ),
+    (
+        "<shape type='cube'><bsdf type='roughconductor'><float name='alpha_u' value='0.1'/></bsdf></shape>",
+        "give either `alpha`, or both `alpha_u` and `alpha_v`",
+    ),
+    (
+        "<shape type='cube'><bsdf type='roughdielectric'><float name='int_ior' value='1'/><float name='ext_ior' \
+         value='1'/></bsdf></shape>",
+        "must differ",
+    ),
     (
         "<bsdf type='twosided' id='me'><ref id='me'/></bsdf><shape type='cube'><ref id='me'/></shape>",
         "is not supported",

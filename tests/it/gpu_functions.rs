@@ -13,32 +13,92 @@ mod twins;
 use self::twins::{Answer, Case, Input, Program, Step, Words, decided, float, of, vector};
 use crate::support::{no_messages, vulkan};
 use rootn::math::spherical::{self, SphericalRectangle, SphericalTriangle};
-use rootn::math::{Frame, Vec3, robust, trig, warp};
+use rootn::math::{Frame, Vec3, robust, special, trig, warp};
 use rootn::sampling::discrete::Discrete;
 use rootn::sampling::rng::{philox4x32, unit_f32};
 use rootn::sampling::sequence::{permute, sobol};
 use rootn::sampling::strategy::{Directions, Heuristic};
 use rootn::sampling::{Draw, Key, Sequence};
+use rootn::scene::material::{Coat, Distribution, Microfacets, Transmittance};
 use rootn::scene::{Filter, Material};
 
-const WHITE: Material = Material::Diffuse { reflectance: Vec3::ONE };
 const DIRECTIONS: [Directions; 3] = [Directions::Uniform, Directions::Cosine, Directions::Bsdf];
 
-/// The material of eleven words.
+/// Where the tables of rough coats begin, in tables of their size: after the Gaussian's quantiles.
+const FIRST_TABLE: u32 = 17;
+
+/// Tables of two coats.
+fn transmittances() -> Vec<Transmittance> {
+    let coat = |distribution, a, eta| Transmittance::new(&Microfacets { distribution, alpha: [a; 2] }, eta);
+    vec![coat(Distribution::Ggx, 0.3, 1.5), coat(Distribution::Beckmann, 0.05, 1.33)]
+}
+
+/// The material of eighteen words.
 fn material(w: &Words) -> Material {
     let (reflectance, second, eta, k) = (w.v(0), w.v(4), w.f(7), w.v(8));
+    let distribution = if w.w(11) == 0 { Distribution::Ggx } else { Distribution::Beckmann };
+    let facets = Microfacets { distribution, alpha: w.f2(12) };
+    let coat = Coat { eta, internal: w.f(16), nonlinear: w.w(15) != 0, specular_weight: w.f(17) };
+    let (transmittance, specular) = (second, second);
     match w.w(3) {
         0 => Material::Black,
         1 => Material::Diffuse { reflectance },
         2 => Material::Conductor { eta: second, k, reflectance },
-        3 => Material::Dielectric { eta, reflectance, transmittance: second },
-        4 => Material::ThinDielectric { eta, reflectance, transmittance: second },
-        _ => Material::Null,
+        3 => Material::Dielectric { eta, reflectance, transmittance },
+        4 => Material::ThinDielectric { eta, reflectance, transmittance },
+        5 => Material::Null,
+        6 => Material::RoughConductor { facets, eta: second, k, reflectance },
+        7 => Material::RoughDielectric { facets, eta, reflectance, transmittance },
+        8 => Material::Plastic { coat, reflectance, specular },
+        _ => Material::RoughPlastic { facets, coat, table: w.w(14) - FIRST_TABLE, reflectance, specular },
     }
 }
 
-fn scattered(material: Material, directions: u32, wo: Vec3, words: [u32; 4]) -> Answer {
-    let sample = material.sample(DIRECTIONS[directions as usize], wo, words);
+/// A material, how its directions are drawn, and `wo`; two of three are rough.
+fn surface(r: &mut Input) {
+    let kind = if r.below(3) == 0 { r.below(6) } else { 6 + r.below(4) };
+    of("r")(r);
+    r.fixed(&[kind]);
+    of("rfr2")(r);
+    for _ in 0..2 {
+        let alpha = r.size(-13, 2).clamp(1e-4, 100.0);
+        r.float(alpha);
+    }
+    let (table, nonlinear) = (FIRST_TABLE + r.below(2), r.below(2));
+    r.fixed(&[table, nonlinear]);
+    of("uu3d")(r);
+}
+
+/// A surface and `wi`: anywhere, near the mirrored direction, or near the refracted one.
+fn pair(r: &mut Input) {
+    surface(r);
+    let (wo, eta) = (r.words().v(19), r.words().f(7));
+    let near = match r.below(3) {
+        0 => Vec3::new(-wo.x, -wo.y, wo.z),
+        1 => {
+            let across = -wo.truncate() / eta;
+            across.extend(-(1.0 - across.length_squared()).max(0.01).sqrt())
+        }
+        _ => Vec3::ZERO,
+    };
+    let spread = if near == Vec3::ZERO { 1.0 } else { r.size(-12, 0) };
+    let wi = (near + r.sphere() * spread).normalize();
+    r.vector(wi);
+}
+
+fn logarithm(r: &mut Input) {
+    let x = r.size(-100, 100);
+    r.float(x);
+}
+
+/// A surface and the words of a sample.
+fn sampled(r: &mut Input) {
+    surface(r);
+    of("wwww")(r);
+}
+
+fn scattered(material: Material, tables: &[Transmittance], directions: u32, wo: Vec3, words: [u32; 4]) -> Answer {
+    let sample = material.sample(tables, DIRECTIONS[directions as usize], wo, words);
     decided(sample, |a, s| {
         let a = a.bits(0, &[1 + u32::from(s.wi.z < 0.0)]).bits(8, &[u32::from(s.delta)]);
         a.vector(1, s.wi).floats(4, &[s.pdf]).vector(5, s.value).floats(9, &[s.eta])
@@ -87,7 +147,7 @@ fn clamped(r: &mut Input) {
     r.float(a.max(b));
 }
 
-fn math() -> Vec<Case<'static>> {
+fn math(tables: &[Transmittance]) -> Vec<Case<'_>> {
     let two = |x: [f32; 2]| Answer::default().floats(0, &x);
     // Differences of numbers up to this.
     let part = |size: f32, x: &[f32]| Answer::default().sized(0, size, x);
@@ -148,21 +208,17 @@ fn math() -> Vec<Case<'static>> {
             decided(rectangle, |a, r| a.sized(1, 1.0 / w.f(14), &r.sample(w.f2(15))))
         })
         .nudged(),
-        Case::new(26, "diffuse_eval", 0.0, of("rdd"), |w| {
-            vector(Material::Diffuse { reflectance: w.v(0) }.eval(w.v(3), w.v(6)))
-        }),
-        Case::new(27, "diffuse_pdf", 0.0, of("3dd"), |w| float(WHITE.pdf(DIRECTIONS[w.w(0) as usize], w.v(1), w.v(4)))),
-        Case::new(28, "diffuse_sample", 8.0, of("3rdwwww"), |w| {
-            scattered(Material::Diffuse { reflectance: w.v(1) }, w.w(0), w.v(4), w.w4(7))
-        }),
-        Case::new(29, "material_eval", 0.0, of("r6rfrdd"), |w| vector(material(w).eval(w.v(11), w.v(14)))),
-        Case::new(30, "material_pdf", 0.0, of("r6rfr3dd"), |w| {
-            float(material(w).pdf(DIRECTIONS[w.w(11) as usize], w.v(12), w.v(15)))
-        }),
-        Case::new(31, "material_sample", 32.0, of("r6rfr3dwwww"), |w| {
-            scattered(material(w), w.w(11), w.v(12), w.w4(15))
+        Case::new(26, "exp_neg", 8.0, of("s"), |w| float(special::exp_neg(w.f(0)))),
+        Case::new(27, "ln", 8.0, logarithm, |w| float(special::ln(w.f(0)))),
+        Case::new(28, "erf", 8.0, of("s"), |w| Answer::default().sized(0, 0.0, &[special::erf(w.f(0)), special::erfcx(w.f(0).abs())])),
+        Case::new(29, "erf_inv", 8.0, of("u"), |w| float(special::erf_inv(w.f(0)))),
+        Case::new(30, "material_eval", 64.0, pair, |w| {
+            let e = material(w).eval(tables, DIRECTIONS[w.w(18) as usize], w.v(19), w.v(22));
+            vector(e.value).floats(3, &[e.pdf])
         })
         .nudged(),
+        Case::new(31, "material_sample", 64.0, sampled, |w| scattered(material(w), tables, w.w(18), w.v(19), w.w4(22)))
+            .nudged(),
         Case::new(32, "dot3", 0.0, of("vv"), |w| float(w.v(0).dot(w.v(3)))),
         Case::new(33, "cross3", 0.0, of("vv"), |w| vector(w.v(0).cross(w.v(3)))),
         Case::new(34, "length3", 4.0, of("l"), |w| float(w.v(0).length())),
@@ -185,9 +241,12 @@ fn math() -> Vec<Case<'static>> {
 fn math_and_materials_equal_their_twins() {
     let Some(device) = vulkan() else { return };
     let code = include_bytes!(concat!(env!("OUT_DIR"), "/test_math.spv"));
-    let quantiles = bytemuck::cast_slice(warp::gaussian_quantiles());
-    let program = Program { device: &device, code, tables: quantiles, addresses: &[] };
-    math().iter().for_each(|case| case.check(&program));
+    let transmittances = transmittances();
+    let mut tables = warp::gaussian_quantiles().to_vec();
+    tables.resize(FIRST_TABLE as usize * 64, 0.0);
+    tables.extend(transmittances.iter().flat_map(|t| (0..64).map(|i| t.at(i as f32 / 63.0))));
+    let program = Program { device: &device, code, tables: bytemuck::cast_slice(&tables), addresses: &[] };
+    math(&transmittances).iter().for_each(|case| case.check(&program));
     no_messages(&device);
 }
 

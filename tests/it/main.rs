@@ -21,6 +21,7 @@ mod lights;
 #[cfg(feature = "vulkan")]
 mod materials;
 mod metrics;
+mod microfacets;
 mod moments;
 mod planted;
 mod report;

@@ -25,7 +25,7 @@ fn glass(eta: f32) -> Material {
 }
 
 fn drawn(material: Material, wo: Vec3, words: [u32; 4]) -> Scattered {
-    material.sample(Directions::Bsdf, wo, words).unwrap()
+    material.sample(&[], Directions::Bsdf, wo, words).unwrap()
 }
 
 fn close(a: f32, b: f32) -> bool {
@@ -63,7 +63,7 @@ fn glass_obeys_snell_and_fresnel() {
     assert!(close(brewster.pdf, 0.5 * (1.25f32 / 3.25).powi(2)), "{brewster:?}");
     // All light at grazing angles, none behind.
     assert!(drawn(glass(1.5), Vec3::new(1.0, 0.0, 1e-6).normalize(), REFLECT).pdf > 0.9999);
-    assert!(glass(1.5).sample(Directions::Bsdf, -Vec3::Z, REFLECT).is_none());
+    assert!(glass(1.5).sample(&[], Directions::Bsdf, -Vec3::Z, REFLECT).is_none());
     // A pane: light goes straight on; all reflections inside add up to 2R/(1 + R).
     let pane = Material::ThinDielectric { eta: 1.5, reflectance: Rgb::ONE, transmittance: Rgb::ONE };
     let (off, on) = (drawn(pane, Vec3::Z, REFLECT), drawn(pane, Vec3::Z, TRANSMIT));

@@ -190,29 +190,33 @@ fn diffuse_samples_follow_their_densities() {
             Chi2 {
                 domain: [[-1.0, 1.0], [0.0, 1.0]],
                 samples: SAMPLES,
-                sample: |i| material.sample(directions, wo, words(TEST, i)).map(|s| sphere_point(s.wi)),
-                density: |at: [f64; 2]| TAU * f64::from(factor * material.pdf(directions, wo, sphere_vector(at))),
+                sample: |i| material.sample(&[], directions, wo, words(TEST, i)).map(|s| sphere_point(s.wi)),
+                density: |at: [f64; 2]| {
+                    TAU * f64::from(factor * material.eval(&[], directions, wo, sphere_vector(at)).pdf)
+                },
             }
             .p_value()
         };
         accept(TEST, &format!("{directions:?}"), p(1.0));
         reject(TEST, "density 2 % off", p(1.02));
         for i in 0..100 {
-            let Scattered { wi, pdf, value, delta, eta } = material.sample(directions, wo, words(TEST, i)).unwrap();
-            assert_eq!((pdf, value), (material.pdf(directions, wo, wi), material.eval(wo, wi)));
+            let Scattered { wi, pdf, value, delta, eta } =
+                material.sample(&[], directions, wo, words(TEST, i)).unwrap();
+            let evaluated = material.eval(&[], directions, wo, wi);
+            assert_eq!((pdf, value), (evaluated.pdf, evaluated.value));
             assert!(!delta && eta == 1.0);
-            let albedo = material.eval(wo, wi) / (wi.z / std::f32::consts::PI);
+            let albedo = evaluated.value / (wi.z / std::f32::consts::PI);
             assert!((albedo - Vec3::new(0.2, 0.5, 0.9)).abs().max_element() < 1e-6);
         }
         // No words put a sample on the horizon, where its density would be 0.
         for w in [[0; 4], [u32::MAX; 4], [0, u32::MAX, 0, 0], [0, 1 << 31, 0, 0], [1 << 31; 4]] {
-            let Scattered { wi, pdf, .. } = material.sample(directions, wo, w).unwrap();
+            let Scattered { wi, pdf, .. } = material.sample(&[], directions, wo, w).unwrap();
             assert!(wi.z > 0.0 && wi.is_normalized() && pdf > 0.0);
         }
-        assert!(Material::Black.sample(directions, wo, [1; 4]).is_none());
-        assert_eq!(material.pdf(directions, wo, -wo), 0.0);
+        assert!(Material::Black.sample(&[], directions, wo, [1; 4]).is_none());
+        assert_eq!(material.eval(&[], directions, wo, -wo).pdf, 0.0);
     }
-    assert_eq!(material.eval(wo, -wo), Vec3::ZERO);
+    assert_eq!(material.eval(&[], Directions::Bsdf, wo, -wo).value, Vec3::ZERO);
 }
 
 /// inverse(sample(u)) = u, and finite results, on a lattice with both ends.

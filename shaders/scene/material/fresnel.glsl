@@ -3,7 +3,8 @@
 #define SCENE_MATERIAL_FRESNEL
 
 float fresnel_dielectric(float cos, float eta, out float refracted) {
-    float sin = sqrt((1.0 - cos) * (1.0 + cos)) / eta;
+    float sin2 = (1.0 - cos) * (1.0 + cos);
+    float sin = sqrt(sin2 > 0.0 ? sin2 : 0.0) / eta;
     float refracted2 = (1.0 - sin) * (1.0 + sin);
     refracted = 0.0;
     if (refracted2 <= 0.0) return 1.0;

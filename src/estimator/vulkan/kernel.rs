@@ -245,7 +245,7 @@ impl Drop for Kernel {
 }
 
 /// Words that a test kernel reads per invocation.
-pub const TEST_INPUTS: usize = 24;
+pub const TEST_INPUTS: usize = 28;
 
 /// Runs an entry of shaders/test/ once per [`TEST_INPUTS`] words of `inputs`; `outputs` words each come back.
 /// `tables` becomes a buffer of its own, in which every word pair at an index in `addresses` is replaced by the address of the

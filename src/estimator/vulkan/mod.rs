@@ -190,10 +190,12 @@ impl VulkanEstimator {
         let lights = sampler.tables();
         let settings = Settings::new(&strategy, depths(host, &strategy));
         let mut constants = vec![(STACK, scene.buffers.stack)];
+        let mut short = false;
         if tuning.specialised {
             let effects = Effects::of(host, !sampler.is_empty()).with(tuning.also);
             constants.extend([(SPECIALISED, 1), (EFFECTS, effects.bits()), (LIGHT_KINDS, lights.kinds)]);
             constants.extend(settings.constants());
+            short = Effects::SHORT.contains(effects);
         }
         let mut engine = scene.engine();
         let top_level = structures.as_ref().map_or(0, |s| s.address());
@@ -202,10 +204,11 @@ impl VulkanEstimator {
         let kernel = unsafe {
             let compute = |code| Kernel::new(&scene.device, code, &constants, work::PUSH);
             match tuning.traversal {
-                Traversal::RayQuery => compute(spirv!("path_query"))?,
+                Traversal::RayQuery if short => compute(spirv!("path_query"))?,
+                Traversal::RayQuery => compute(spirv!("path_query_full"))?,
                 Traversal::RayPipeline => {
                     let stages = RayStages {
-                        generation: spirv!("path_generation"),
+                        generation: if short { spirv!("path_generation") } else { spirv!("path_generation_full") },
                         miss: spirv!("path_miss"),
                         any_hit: spirv!("path_any_hit"),
                         closest_hit: spirv!("path_closest_hit"),
@@ -214,7 +217,8 @@ impl VulkanEstimator {
                     };
                     Kernel::rays(&scene.device, engine.commands(), &stages, &constants, work::PUSH)?
                 }
-                Traversal::Auto | Traversal::Compute => compute(spirv!("path"))?,
+                Traversal::Auto | Traversal::Compute if short => compute(spirv!("path"))?,
+                Traversal::Auto | Traversal::Compute => compute(spirv!("path_full"))?,
             }
         };
         drop(engine);

@@ -8,6 +8,7 @@ use crate::math::{Rgb, Vec3, warp};
 use crate::sampling::strategy::{Heuristic, Lights, Strategy};
 use crate::sampling::{Sequence, strategy::Directions};
 use crate::scene::light::{LightTables, environment};
+use crate::scene::material::{Coat, Distribution, Microfacets};
 use crate::scene::{Effects, Filter, Geometry, Light, Material, Scene};
 use bytemuck::{Pod, Zeroable};
 
@@ -23,6 +24,7 @@ pub(super) struct SceneBuffers {
     normals: Buffer,
     shapes: Buffer,
     materials: Buffer,
+    transmittances: Buffer,
     radiances: Buffer,
     triangle_tree: (u32, [[f32; 3]; 2]),
     quadric_tree: (u32, [[f32; 3]; 2]),
@@ -50,6 +52,7 @@ impl SceneBuffers {
             })
             .collect();
         let materials: Vec<MaterialAt> = scene.materials.iter().map(MaterialAt::of).collect();
+        let transmittances: Vec<f32> = scene.transmittances.iter().flat_map(|t| t.0).collect();
         let radiance = |l: &Light| match *l {
             Light::Area { radiance, .. } => radiance,
             Light::Point { .. } | Light::Constant { .. } => Rgb::ZERO,
@@ -67,6 +70,7 @@ impl SceneBuffers {
             normals: up(bytemuck::cast_slice(normals))?,
             shapes: up(bytemuck::cast_slice(&shapes))?,
             materials: up(bytemuck::cast_slice(&materials))?,
+            transmittances: up(bytemuck::cast_slice(&transmittances))?,
             radiances: up(bytemuck::cast_slice(&radiances))?,
             triangle_tree: tree(&bvh.triangle_tree),
             quadric_tree: tree(&bvh.quadric_tree),
@@ -91,25 +95,54 @@ struct MaterialAt {
     second: [f32; 3],
     eta: f32,
     k: [f32; 3],
+    distribution: u32,
+    alpha: [f32; 2],
+    table: u32,
+    nonlinear: u32,
+    internal: f32,
+    specular_weight: f32,
 }
 
 impl MaterialAt {
     fn of(material: &Material) -> Self {
         let zero = Self::default();
-        match *material {
+        let plain = |kind, reflectance: &Rgb, second: &Rgb| Self {
+            kind,
+            reflectance: (*reflectance).into(),
+            second: (*second).into(),
+            ..zero
+        };
+        match material {
             Material::Black => zero,
-            Material::Diffuse { reflectance } => Self { kind: 1, reflectance: reflectance.into(), ..zero },
-            Material::Conductor { eta, k, reflectance } => {
-                Self { kind: 2, reflectance: reflectance.into(), second: eta.into(), k: k.into(), ..zero }
-            }
+            Material::Diffuse { reflectance } => plain(1, reflectance, &Rgb::ZERO),
+            Material::Conductor { eta, k, reflectance } => Self { k: (*k).into(), ..plain(2, reflectance, eta) },
             Material::Dielectric { eta, reflectance, transmittance } => {
-                Self { kind: 3, reflectance: reflectance.into(), second: transmittance.into(), eta, ..zero }
+                Self { eta: *eta, ..plain(3, reflectance, transmittance) }
             }
             Material::ThinDielectric { eta, reflectance, transmittance } => {
-                Self { kind: 4, reflectance: reflectance.into(), second: transmittance.into(), eta, ..zero }
+                Self { eta: *eta, ..plain(4, reflectance, transmittance) }
             }
             Material::Null => Self { kind: 5, ..zero },
+            Material::RoughConductor { facets, eta, k, reflectance } => {
+                Self { k: (*k).into(), ..plain(6, reflectance, eta) }.rough(facets)
+            }
+            Material::RoughDielectric { facets, eta, reflectance, transmittance } => {
+                Self { eta: *eta, ..plain(7, reflectance, transmittance) }.rough(facets)
+            }
+            Material::Plastic { coat, reflectance, specular } => plain(8, reflectance, specular).coated(coat),
+            Material::RoughPlastic { facets, coat, table, reflectance, specular } => {
+                Self { table: *table, ..plain(9, reflectance, specular) }.coated(coat).rough(facets)
+            }
         }
+    }
+
+    fn rough(self, facets: &Microfacets) -> Self {
+        Self { distribution: u32::from(facets.distribution == Distribution::Beckmann), alpha: facets.alpha, ..self }
+    }
+
+    fn coated(self, coat: &Coat) -> Self {
+        let Coat { eta, internal, nonlinear, specular_weight } = *coat;
+        Self { eta, internal, nonlinear: nonlinear.into(), specular_weight, ..self }
     }
 }
 
@@ -146,6 +179,7 @@ struct Tracer {
     normals: u64,
     shapes: u64,
     materials: u64,
+    transmittances: u64,
     radiances: u64,
     top_level: u64,
     lights: LightsAt,
@@ -267,6 +301,7 @@ impl TracerBuffers {
             normals: b.normals.address,
             shapes: b.shapes.address,
             materials: b.materials.address,
+            transmittances: b.transmittances.address,
             radiances: b.radiances.address,
             top_level,
             lights: LightsAt {

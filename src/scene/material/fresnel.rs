@@ -6,8 +6,9 @@ use crate::math::{Rgb, Vec3};
 /// reflection is total. Born and Wolf, Principles of Optics, §1.5.2.
 #[inline(always)]
 pub(super) fn dielectric(cos: f32, eta: f32) -> (f32, f32) {
-    // 1 − sin²/η² as a product, so that nothing is lost near grazing angles.
-    let sin = ((1.0 - cos) * (1.0 + cos)).sqrt() / eta;
+    // 1 − sin²/η² as a product, so that nothing is lost near grazing angles. Rounding may leave a cosine above 1.
+    let sin2 = (1.0 - cos) * (1.0 + cos);
+    let sin = (if sin2 > 0.0 { sin2 } else { 0.0 }).sqrt() / eta;
     let refracted2 = (1.0 - sin) * (1.0 + sin);
     if refracted2 <= 0.0 {
         return (1.0, 0.0);

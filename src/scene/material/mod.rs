@@ -4,10 +4,20 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod fresnel;
+mod microfacet;
+mod plastic;
+mod rough_conductor;
+mod rough_dielectric;
 mod thin_dielectric;
+mod transmittance;
 
 use crate::math::{Rgb, Vec3};
 use crate::sampling::strategy::Directions;
+
+pub(crate) use microfacet::ROUGHNESS;
+pub use microfacet::{Distribution, Microfacets};
+pub use plastic::Coat;
+pub use transmittance::{Transmittance, diffuse_reflectance, diffuse_rough_reflectance};
 
 /// Largest index of refraction, of either side over the other: beyond it squares leave the range of floats.
 pub(crate) const LARGEST_INDEX: f32 = 1e6;
@@ -51,6 +61,64 @@ pub enum Material {
     },
     /// Nothing: light goes on.
     Null,
+    /// A rough metal.
+    RoughConductor {
+        /// Its microfacets.
+        facets: Microfacets,
+        /// Real part of the index of refraction per channel, relative to the medium before it.
+        eta: Rgb,
+        /// Its imaginary part.
+        k: Rgb,
+        /// Factor of what is reflected, in \[0, 1\].
+        reflectance: Rgb,
+    },
+    /// A rough interface between dielectrics.
+    RoughDielectric {
+        /// Its microfacets.
+        facets: Microfacets,
+        /// Index of refraction of the other side over that of this one; not 1.
+        eta: f32,
+        /// Factor of what is reflected, in \[0, 1\].
+        reflectance: Rgb,
+        /// Factor of what is refracted, in \[0, 1\].
+        transmittance: Rgb,
+    },
+    /// A diffuse base under a smooth dielectric coat.
+    Plastic {
+        /// The coat.
+        coat: Coat,
+        /// Albedo of the base, in \[0, 1\].
+        reflectance: Rgb,
+        /// Factor of what the coat reflects, in \[0, 1\].
+        specular: Rgb,
+    },
+    /// A diffuse base under a rough dielectric coat.
+    RoughPlastic {
+        /// Microfacets of the coat.
+        facets: Microfacets,
+        /// The coat.
+        coat: Coat,
+        /// What passes the coat; index into [`super::Scene::transmittances`].
+        table: u32,
+        /// Albedo of the base, in \[0, 1\].
+        reflectance: Rgb,
+        /// Factor of what the coat reflects, in \[0, 1\].
+        specular: Rgb,
+    },
+}
+
+/// A BSDF for one pair of directions, without delta lobes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evaluated {
+    /// The BSDF times |cos θi|.
+    pub value: Rgb,
+    /// Density with which [`Material::sample`] draws `wi`, sr⁻¹.
+    pub pdf: f32,
+}
+
+impl Evaluated {
+    /// No light, never drawn.
+    const NOTHING: Self = Self { value: Rgb::ZERO, pdf: 0.0 };
 }
 
 /// A drawn direction.
@@ -83,34 +151,50 @@ impl Scattered {
 }
 
 /// Directions are unit vectors that point away from the surface, in the local frame: z = the shading normal on the side of `wo`.
-/// Densities are over solid angle.
+/// Densities are over solid angle. `tables`: [`super::Scene::transmittances`].
 impl Material {
-    /// The BSDF times |cos θi|, without delta lobes.
+    /// The BSDF and its density, without delta lobes.
     #[inline(always)]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+    pub fn eval(&self, tables: &[Transmittance], directions: Directions, wo: Vec3, wi: Vec3) -> Evaluated {
         match *self {
-            Self::Diffuse { reflectance } => diffuse::eval(reflectance, wo, wi),
-            Self::Black | Self::Conductor { .. } | Self::Dielectric { .. } => Rgb::ZERO,
-            Self::ThinDielectric { .. } | Self::Null => Rgb::ZERO,
+            Self::Diffuse { reflectance } => diffuse::eval(directions, reflectance, wo, wi),
+            Self::Black | Self::Conductor { .. } | Self::Dielectric { .. } => Evaluated::NOTHING,
+            Self::ThinDielectric { .. } | Self::Null => Evaluated::NOTHING,
+            _ => self.eval_coated(tables, directions, wo, wi),
         }
     }
 
-    /// Density of `wi` under [`Self::sample`], sr⁻¹, without delta lobes.
-    #[inline(always)]
-    pub fn pdf(&self, directions: Directions, wo: Vec3, wi: Vec3) -> f32 {
+    /// What is too long to be repeated in every loop over lanes.
+    #[inline(never)]
+    fn eval_coated(&self, tables: &[Transmittance], directions: Directions, wo: Vec3, wi: Vec3) -> Evaluated {
         match self {
-            Self::Diffuse { .. } => diffuse::pdf(directions, wo, wi),
-            Self::Black | Self::Conductor { .. } | Self::Dielectric { .. } => 0.0,
-            Self::ThinDielectric { .. } | Self::Null => 0.0,
+            Self::RoughConductor { facets, eta, k, reflectance } => {
+                rough_conductor::eval(directions, facets, [*eta, *k, *reflectance], wo, wi)
+            }
+            Self::RoughDielectric { facets, eta, reflectance, transmittance } => {
+                rough_dielectric::eval(directions, facets, *eta, [*reflectance, *transmittance], wo, wi)
+            }
+            Self::Plastic { coat, reflectance, .. } => plastic::eval(directions, coat, *reflectance, wo, wi),
+            Self::RoughPlastic { facets, coat, table, reflectance, specular } => {
+                let coat = (coat, &tables[*table as usize]);
+                plastic::eval_rough(directions, facets, coat, [*reflectance, *specular], wo, wi)
+            }
+            _ => Evaluated::NOTHING,
         }
     }
 
     /// A direction, from words 0 and 1, and from word 2 which lobe. `None` where nothing is scattered.
     #[inline(always)]
-    pub fn sample(&self, directions: Directions, wo: Vec3, words: [u32; 4]) -> Option<Scattered> {
+    pub fn sample(
+        &self,
+        tables: &[Transmittance],
+        directions: Directions,
+        wo: Vec3,
+        words: [u32; 4],
+    ) -> Option<Scattered> {
         match *self {
             Self::Black => None,
-            Self::Diffuse { reflectance } => diffuse::sample(directions, reflectance, wo, words),
+            Self::Diffuse { .. } => self.toward(tables, directions, wo, diffuse::direction(directions, words)),
             Self::Conductor { eta, k, reflectance } => conductor::sample(eta, k, reflectance, wo),
             Self::Dielectric { eta, reflectance, transmittance } => {
                 dielectric::sample(eta, reflectance, transmittance, wo, words[2])
@@ -119,6 +203,41 @@ impl Material {
                 thin_dielectric::sample(eta, reflectance, transmittance, wo, words[2])
             }
             Self::Null => Some(Scattered::straight(wo, 1.0, Rgb::ONE)),
+            _ => self.sample_coated(tables, directions, wo, words),
         }
+    }
+
+    #[inline(never)]
+    fn sample_coated(
+        &self,
+        tables: &[Transmittance],
+        directions: Directions,
+        wo: Vec3,
+        words: [u32; 4],
+    ) -> Option<Scattered> {
+        let wi = match self {
+            Self::RoughConductor { facets, .. } => rough_conductor::sample(directions, facets, wo, words)?,
+            Self::RoughDielectric { facets, eta, .. } => rough_dielectric::sample(directions, facets, *eta, wo, words)?,
+            Self::Plastic { coat, specular, .. } => match plastic::sample(directions, coat, *specular, wo, words)? {
+                Ok(mirrored) => return Some(mirrored),
+                Err(below) => below,
+            },
+            Self::RoughPlastic { facets, coat, table, .. } => {
+                plastic::sample_rough(directions, facets, (coat, &tables[*table as usize]), wo, words)?
+            }
+            _ => return None,
+        };
+        self.toward(tables, directions, wo, wi)
+    }
+
+    /// The drawn direction `wi` with its value and density; `None` where the density is 0.
+    #[inline(always)]
+    fn toward(&self, tables: &[Transmittance], directions: Directions, wo: Vec3, wi: Vec3) -> Option<Scattered> {
+        let Evaluated { value, pdf } = self.eval(tables, directions, wo, wi);
+        let eta = match self {
+            Self::RoughDielectric { eta, .. } if wi.z < 0.0 => *eta,
+            _ => 1.0,
+        };
+        (pdf > 0.0).then_some(Scattered { wi, pdf, value, delta: false, eta })
     }
 }

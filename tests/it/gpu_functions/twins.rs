@@ -85,6 +85,10 @@ impl Input {
         Self { words, steps, used: 0, key, index, drawn: 0 }
     }
 
+    /// What has been put so far.
+    pub(super) fn words(&self) -> Words {
+        self.words
+    }
     pub(super) fn random(&mut self) -> u32 {
         self.drawn += 1;
         philox4x32([self.index, self.drawn, 0, 0], self.key)[0]

@@ -98,7 +98,8 @@ impl Renderer {
             let words = draw.words(group(depth, Decision::Light));
             if let Some(light) = self.lights.sample(scene, at.p, words) {
                 let wi = frame.to_local(light.wi);
-                let mut f = material.eval(wo, wi);
+                let evaluated = material.eval(&[], Directions::Bsdf, wo, wi);
+                let mut f = evaluated.value;
                 if self.bug == Bug::MissingCosine && f != Rgb::ZERO {
                     f /= wi.z;
                 }
@@ -112,7 +113,7 @@ impl Renderer {
                     LightTarget::Direction => leave(&at, light.wi),
                 };
                 if f != Rgb::ZERO && !bvh.occluded(&shadow) {
-                    let weight = Heuristic::Power.weight(light.pdf, material.pdf(Directions::Bsdf, wo, wi));
+                    let weight = Heuristic::Power.weight(light.pdf, evaluated.pdf);
                     let found = beta * f * light.emitted * (weight / pdf);
                     radiance += match self.bug {
                         // As where a cosine is cut to 0 and a weight divides by it.
@@ -124,7 +125,9 @@ impl Renderer {
             }
             // The next direction.
             let words = draw.words(group(depth, Decision::Direction));
-            let Some(Scattered { wi, pdf, value, .. }) = material.sample(Directions::Bsdf, wo, words) else { break };
+            let Some(Scattered { wi, pdf, value, .. }) = material.sample(&[], Directions::Bsdf, wo, words) else {
+                break;
+            };
             beta *= value / pdf;
             let direction = frame.to_world(wi);
             ray = leave(&at, direction);

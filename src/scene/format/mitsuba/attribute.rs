@@ -39,8 +39,8 @@ impl File<'_> {
         Error::input(self.place(xml), message)
     }
 
-    /// Mitsuba's upgrade of names from 0.x: `toWorld` becomes `to_world`.
-    pub(super) fn property_name(&self, name: &str) -> String {
+    /// Mitsuba's upgrade of names from 0.x: `toWorld` becomes `to_world`. `plugin`: whose property it is.
+    pub(super) fn property_name(&self, plugin: &str, name: &str) -> String {
         if !self.old {
             return name.to_owned();
         }
@@ -53,7 +53,8 @@ impl File<'_> {
             upgraded.push(c.to_ascii_lowercase());
             last = c;
         }
-        if upgraded == "diffuse_reflectance" { "reflectance".to_owned() } else { upgraded }
+        let alias = plugin == "diffuse" && upgraded == "diffuse_reflectance";
+        if alias { "reflectance".to_owned() } else { upgraded }
     }
 }
 

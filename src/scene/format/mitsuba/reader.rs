@@ -167,14 +167,15 @@ impl Reader {
         match tag {
             _ if is_object => {
                 let attributes = self.attributes(file, xml, &["type"], &["id", "name", "version"])?;
-                let name = name.or(attributes.get("name")).map(|n| file.property_name(n));
+                let name =
+                    name.or(attributes.get("name")).map(|n| file.property_name(&self.tree.nodes[parent].plugin, n));
                 let node = self.node(file, xml, tag, attributes.required("type").to_owned())?;
                 self.add_child(parent, name, Target::Node(node), file.place(xml));
                 self.children(file, xml, node, depth)
             }
             "ref" => {
                 let attributes = self.attributes(file, xml, &["id"], &["name"])?;
-                let name = attributes.get("name").map(|n| file.property_name(n));
+                let name = attributes.get("name").map(|n| file.property_name(&self.tree.nodes[parent].plugin, n));
                 let target = Target::Reference(attributes.required("id").to_owned());
                 self.add_child(parent, name, target, file.place(xml));
                 Ok(())
@@ -207,8 +208,8 @@ impl Reader {
     }
 
     fn add_property(&mut self, file: &File, xml: Xml, parent: usize, name: &str, value: Value) -> Result<()> {
-        let name = file.property_name(name);
         let node = &mut self.tree.nodes[parent];
+        let name = file.property_name(&node.plugin, name);
         if let Some(other) = node.properties.iter().find(|p| p.name == name) {
             let message = format!("property `{}` is given twice (first: {})", shorten(&name), other.place);
             return Err(file.error(xml, message));

@@ -7,10 +7,18 @@ use super::{Builder, Node, ior};
 use crate::error::{Error, Place, Result, did_you_mean};
 use crate::math::Rgb;
 use crate::scene::Material;
-use crate::scene::material::LARGEST_INDEX;
+use crate::scene::material::{
+    Coat, Distribution, LARGEST_INDEX, Microfacets, ROUGHNESS, Transmittance, diffuse_reflectance,
+    diffuse_rough_reflectance,
+};
 use glam::DVec3;
 
-const BSDFS: &str = "conductor, dielectric, diffuse, null, thindielectric, twosided";
+const BSDFS: &str = "conductor, dielectric, diffuse, null, plastic, roughconductor, roughdielectric, roughplastic, thindielectric, \
+                     twosided";
+/// How Mitsuba samples microfacets has no effect on what is measured.
+const QUIET: &[&str] = &["sample_visible"];
+/// Those that are seen from one side.
+const ONE_SIDED: [&str; 5] = ["conductor", "diffuse", "plastic", "roughconductor", "roughplastic"];
 
 impl Builder {
     /// Materials of front and back that a BSDF stands for.
@@ -21,7 +29,9 @@ impl Builder {
         let node = &self.tree.nodes[index];
         let surface = match node.plugin.as_str() {
             "diffuse" => [self.diffuse(index)?, 0],
-            "conductor" => [self.conductor(index)?, 0],
+            "conductor" | "roughconductor" => [self.conductor(index)?, 0],
+            "plastic" | "roughplastic" => [self.plastic(index)?, 0],
+            "roughdielectric" => self.rough_dielectric(index)?,
             "dielectric" => self.dielectric(index)?,
             "thindielectric" => self.thin_dielectric(index)?,
             "null" => {
@@ -36,9 +46,10 @@ impl Builder {
                 let mut sides = [0; 2];
                 for (k, side) in sides.iter_mut().enumerate() {
                     let inner = nested[k.min(nested.len() - 1)];
-                    if !["diffuse", "conductor"].contains(&self.tree.nodes[inner].plugin.as_str()) {
+                    if !ONE_SIDED.contains(&self.tree.nodes[inner].plugin.as_str()) {
                         let inner = &self.tree.nodes[inner];
-                        return Err(inner.unsupported(&inner.plugin, "diffuse, conductor (inside twosided)"));
+                        let allowed = format!("{} (inside twosided)", ONE_SIDED.join(", "));
+                        return Err(inner.unsupported(&inner.plugin, &allowed));
                     }
                     *side = self.surface(inner)?[0];
                 }
@@ -78,8 +89,77 @@ impl Builder {
             return Err(node.error(format!("eta {eta} and k {k}; one of them must be above 0 in each channel")));
         }
         let reflectance = self.factor(index, "specular_reflectance", 1.0)?;
-        self.finish(index, &[]);
-        Ok(self.add_material(Material::Conductor { eta, k, reflectance }))
+        let material = match self.tree.nodes[index].plugin.as_str() {
+            "conductor" => Material::Conductor { eta, k, reflectance },
+            _ => Material::RoughConductor { facets: self.facets(index)?, eta, k, reflectance },
+        };
+        self.finish(index, QUIET);
+        Ok(self.add_material(material))
+    }
+
+    /// Distribution and roughness of microfacets.
+    fn facets(&mut self, index: usize) -> Result<Microfacets> {
+        let node = &self.tree.nodes[index];
+        let name = node.string("distribution")?.unwrap_or_else(|| "beckmann".into());
+        let distribution = match name.as_str() {
+            "beckmann" => Distribution::Beckmann,
+            "ggx" => Distribution::Ggx,
+            other => {
+                return Err(node.error(format!("distribution is `{}`; allowed: beckmann, ggx", shorten(other))));
+            }
+        };
+        let both = node.float("alpha")?;
+        let alpha = match (both, node.float("alpha_u")?, node.float("alpha_v")?) {
+            (alpha, None, None) => [alpha.unwrap_or(0.1); 2],
+            (None, Some(u), Some(v)) => [u, v],
+            _ => return Err(node.error("give either `alpha`, or both `alpha_u` and `alpha_v`")),
+        };
+        if alpha[0] != alpha[1] {
+            return Err(node.error("different `alpha_u` and `alpha_v` are not supported"));
+        }
+        let (smallest, largest) = (*ROUGHNESS.start(), *ROUGHNESS.end());
+        if alpha.iter().any(|a| !(*a >= 0.0 && *a <= f64::from(largest))) {
+            return Err(node.error(format!("roughness {alpha:?}; it must be at least 0 and at most {largest}")));
+        }
+        let alpha = alpha.map(|a| a as f32);
+        if alpha.iter().any(|a| *a < smallest) {
+            let place = node.place.clone();
+            self.warn(&place, &format!("roughness {alpha:?} is taken as at least {smallest}"));
+        }
+        Ok(Microfacets { distribution, alpha: alpha.map(|a| a.max(smallest)) })
+    }
+
+    fn plastic(&mut self, index: usize) -> Result<u32> {
+        self.only_colours(index, &["diffuse_reflectance", "specular_reflectance"])?;
+        let eta = self.relative_index(index, "polypropylene")?;
+        let reflectance = self.factor(index, "diffuse_reflectance", 0.5)?;
+        let specular = self.factor(index, "specular_reflectance", 1.0)?;
+        let nonlinear = self.tree.nodes[index].boolean("nonlinear")?.unwrap_or(false);
+        let (d, s) = (reflectance.element_sum(), specular.element_sum());
+        let specular_weight = if d + s > 0.0 { s / (d + s) } else { 1.0 };
+        let coat = |internal| Coat { eta, internal, nonlinear, specular_weight };
+        let material = if self.tree.nodes[index].plugin == "plastic" {
+            Material::Plastic { coat: coat(diffuse_reflectance(1.0 / eta)), reflectance, specular }
+        } else {
+            let facets = self.facets(index)?;
+            let coat = coat(diffuse_rough_reflectance(&facets, 1.0 / eta));
+            let table = self.scene.transmittances.len() as u32;
+            self.scene.transmittances.push(Transmittance::new(&facets, eta));
+            Material::RoughPlastic { facets, coat, table, reflectance, specular }
+        };
+        self.finish(index, QUIET);
+        Ok(self.add_material(material))
+    }
+
+    /// Materials seen from outside and from inside.
+    fn rough_dielectric(&mut self, index: usize) -> Result<[u32; 2]> {
+        let facets = self.facets(index)?;
+        let (eta, reflectance, transmittance) = self.interface(index)?;
+        if eta == 1.0 {
+            return Err(self.tree.nodes[index].error("the indices of refraction inside and outside must differ"));
+        }
+        let side = |eta| Material::RoughDielectric { facets, eta, reflectance, transmittance };
+        Ok([self.add_material(side(eta)), self.add_material(side(1.0 / eta))])
     }
 
     /// Materials seen from outside and from inside.
@@ -97,6 +177,15 @@ impl Builder {
     /// Relative index of refraction and factors of reflection and transmission of a smooth dielectric.
     fn interface(&mut self, index: usize) -> Result<(f32, Rgb, Rgb)> {
         self.only_colours(index, &["specular_reflectance", "specular_transmittance"])?;
+        let eta = self.relative_index(index, "bk7")?;
+        let reflectance = self.factor(index, "specular_reflectance", 1.0)?;
+        let transmittance = self.factor(index, "specular_transmittance", 1.0)?;
+        self.finish(index, QUIET);
+        Ok((eta, reflectance, transmittance))
+    }
+
+    /// Index of refraction inside over that outside.
+    fn relative_index(&self, index: usize, inside: &str) -> Result<f32> {
         let node = &self.tree.nodes[index];
         let of = |name: &str, default: &str| -> Result<f64> {
             let value = node.get(name, "a number above 0 or the name of a material", |v| match v {
@@ -114,7 +203,7 @@ impl Builder {
                 false => Err(node.error(format!("`{name}` is {known}; it must be above 0"))),
             }
         };
-        let eta = (of("int_ior", "bk7")? / of("ext_ior", "air")?) as f32;
+        let eta = (of("int_ior", inside)? / of("ext_ior", "air")?) as f32;
         let allowed = 1.0 / LARGEST_INDEX..=LARGEST_INDEX;
         if !allowed.contains(&eta) {
             let (low, high) = allowed.into_inner();
@@ -122,10 +211,7 @@ impl Builder {
                 node.error(format!("the ratio of indices of refraction is {eta}; allowed: {low:e} to {high:e}"))
             );
         }
-        let reflectance = self.factor(index, "specular_reflectance", 1.0)?;
-        let transmittance = self.factor(index, "specular_transmittance", 1.0)?;
-        self.finish(index, &[]);
-        Ok((eta, reflectance, transmittance))
+        Ok(eta)
     }
 
     /// A conductor's η or k.
