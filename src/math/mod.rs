@@ -13,4 +13,4 @@ pub mod warp;
 pub use frame::Frame;
 pub use glam::{Affine3A, Mat4, Vec2, Vec3};
 pub use lanes::{LANES, Vec3Lanes};
-pub use rgb::Rgb;
+pub use rgb::{Rgb, srgb_to_linear};

@@ -6,19 +6,14 @@
 
 use crate::error::{Error, Result};
 use crate::record::write_atomically;
-use exr::meta::MetaData;
+use crate::scene::format::openexr;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatImage, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, ReadChannels, ReadLayers, Text, WritableImage, read,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder, Text,
+    WritableImage,
 };
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
-
-/// Largest size of the samples that a file may declare, in bytes.
-const MAX_BYTES: u128 = 1 << 31;
-/// Largest ratio of declared samples to file size that is believed: DEFLATE reaches 1032, wavelets on constants some more.
-const MAX_COMPRESSION: u128 = 4096;
 
 /// The layers that rootn writes and what they mean. The text goes into the header as `definition.<layer>`.
 pub const DEFINITIONS: &[(&str, &str)] = &[
@@ -204,35 +199,7 @@ pub fn read_exr(path: &Path) -> Result<Layers> {
 
 /// Reads an image from memory; the error says what was found.
 fn decode(bytes: &[u8]) -> std::result::Result<Layers, String> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| format!("not an EXR image: {e}"))?;
-    for header in &meta.headers {
-        if header.deep {
-            return Err("a deep image; only flat ones can be read".into());
-        }
-        let pixels = header.layer_size.width() as u128 * header.layer_size.height() as u128;
-        let declared = 4 * pixels * header.channels.list.len() as u128;
-        if declared > MAX_BYTES.min(bytes.len() as u128 * MAX_COMPRESSION) {
-            return Err(format!(
-                "declares {} × {} pixels of {} channels in a file of {} bytes",
-                header.layer_size.width(),
-                header.layer_size.height(),
-                header.channels.list.len(),
-                bytes.len()
-            ));
-        }
-        if header.channels.list.iter().any(|c| c.sampling.x() != 1 || c.sampling.y() != 1) {
-            return Err("subsampled channels; every channel must have one value per pixel".into());
-        }
-    }
-    let image: FlatImage = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|e| format!("damaged image: {e}"))?;
+    let image = openexr::decode(bytes)?;
     let part = image.layer_data.into_iter().next().ok_or("an image without parts")?;
     let mut layers = Layers::new(part.size.width(), part.size.height());
     for channel in part.channel_data.list {

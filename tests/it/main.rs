@@ -23,6 +23,7 @@ mod materials;
 mod metrics;
 mod microfacets;
 mod moments;
+mod pictures;
 mod planted;
 mod report;
 mod sampling;

@@ -4,6 +4,8 @@ mod cie;
 pub mod mesh;
 pub mod mitsuba;
 pub mod obj;
+pub(crate) mod openexr;
+pub mod picture;
 pub mod ply;
 pub mod spectrum;
 

@@ -2,6 +2,7 @@
 
 use super::super::shorten;
 use super::super::spectrum::Spectrum;
+use crate::math::srgb_to_linear;
 use glam::{DAffine3, DMat3, DVec3};
 
 /// A property's value.
@@ -91,10 +92,9 @@ pub(super) fn rgb(text: &str) -> Parsed<DVec3> {
     }
 }
 
-/// Mitsuba 0.x's `<srgb>`: the same in the sRGB encoding (IEC 61966-2-1).
+/// Mitsuba 0.x's `<srgb>`: the same in the sRGB encoding.
 pub(super) fn srgb(text: &str) -> Parsed<DVec3> {
-    let decode = |v: f64| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
-    Ok(rgb(text)?.to_array().map(decode).into())
+    Ok(rgb(text)?.to_array().map(srgb_to_linear).into())
 }
 
 /// One value, or pairs `wavelength:value`.
