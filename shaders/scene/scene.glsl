@@ -44,14 +44,17 @@ const uint LIGHT_MESH = 3u;
 const uint LIGHT_SPHERE = 4u;
 const uint LIGHT_DISK = 5u;
 const uint LIGHT_CYLINDER = 6u;
+const uint LIGHT_SPOT = 7u;
+const uint LIGHT_DIRECTIONAL = 8u;
+const uint LIGHT_ENVIRONMENT_MAP = 9u;
 
 // One outcome of the choice among lights (light/choice, light/area): fields that a kind has no use for are 0.
 struct LightEntry {
     vec3 radiance;
     uint kind;
-    // Corner of a parallelogram; centre of a sphere or disk; p0 of a cylinder; position of a point light.
+    // Corner of a parallelogram; centre of a sphere or disk; p0 of a cylinder; position of a point or spot light.
     vec3 a;
-    // Over area, except for meshes, environments and points.
+    // Over area, except for meshes and lights that are no shape; angle up to which a spot light shines in full.
     float density;
     // Edge u of a parallelogram; u of a disk; axis of a cylinder.
     vec3 u;
@@ -59,9 +62,9 @@ struct LightEntry {
     uint start;
     // Edge v of a parallelogram; v of a disk; frame s of a cylinder.
     vec3 v;
-    // Of a sphere or cylinder.
+    // Of a sphere or cylinder; angle beyond which a spot light is dark.
     float radius;
-    // ng of a parallelogram or disk; frame t of a cylinder.
+    // ng of a parallelogram or disk; frame t of a cylinder; axis of a spot light; from where a directional light comes.
     vec3 w;
     // 1: normals point inwards.
     uint flip;
@@ -86,6 +89,30 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Ve
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Floats { float at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer UVec4s { uvec4 at[]; };
 
+// A map of radiance around the scene (light/environment_map).
+struct EnvironmentMap {
+    // Images of the local axes.
+    vec3 x_axis;
+    vec3 y_axis;
+    vec3 z_axis;
+    // Columns of texels, and rows of cells: one less than those of texels.
+    uint width;
+    uint band_count;
+    uint pad;
+    Vec3s texels;
+    // Of each row of cells: height of its upper edge, from there to the lower edge, and density.
+    Vec3s bands;
+    // Discrete: smallest word of each band, and of each cell of each band.
+    Words rows;
+    Words columns;
+};
+
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer EnvironmentMapAt { EnvironmentMap it; };
+
+const uint PROJECTION_PINHOLE = 0u;
+const uint PROJECTION_THIN_LENS = 1u;
+const uint PROJECTION_ORTHOGRAPHIC = 2u;
+
 struct Camera {
     vec3 origin;
     float near;
@@ -93,6 +120,13 @@ struct Camera {
     float far;
     vec3 across;
     vec3 down;
+    // PROJECTION_PINHOLE …
+    uint projection;
+    // Radii of a lens; the first is the direction of an orthographic camera.
+    vec3 u;
+    vec3 v;
+    // One over the distance of what a lens shows sharply.
+    float inverse_focus;
 };
 
 struct Film {
@@ -122,7 +156,9 @@ struct LightSampler {
     // Meshes, from first_density, for each triangle of the mesh: its probability, and that over its area.
     Vec2s densities;
     uint entry_count;
-    // Density of any direction to the environment.
+    // Density of any direction to a constant environment; probability of the choice of an environment map.
     float environment_pdf;
+    // Null without one.
+    EnvironmentMapAt environment_map;
 };
 #endif

@@ -2,6 +2,8 @@
 // The functions of scene/light one by one, for comparison with the processor.
 #extension GL_GOOGLE_include_directive : require
 
+#define FULL
+
 layout(constant_id = 1) const uint LIGHT_KINDS = 0xFFFFFFFFu;
 
 #include "scene/light/choice.glsl"
@@ -10,6 +12,7 @@ layout(constant_id = 1) const uint LIGHT_KINDS = 0xFFFFFFFFu;
 
 const uint FUNCTION_LIGHT_SAMPLE = 0u;
 const uint FUNCTION_LIGHT_PDF = 1u;
+const uint FUNCTION_LIGHT_ESCAPE = 2u;
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Tables {
     LightSampler lights;
@@ -50,5 +53,9 @@ void main() {
         SurfacePoint hit = SurfacePoint(in_vec3(7u), vec3(0.0), ng, ng, in_word(13u), primitive);
         float pdf = light_sampler_pdf(lights, surfaces, in_word(6u), in_vec3(0u), in_vec3(3u), hit, primitive);
         out_word(0u, floatBitsToUint(pdf));
+    } else if (FUNCTION == FUNCTION_LIGHT_ESCAPE) {
+        float pdf;
+        out_vec3(0u, light_sampler_escape(lights, true, in_vec3(3u), in_vec3(0u), pdf));
+        out_word(3u, floatBitsToUint(pdf));
     }
 }

@@ -2,6 +2,7 @@
 #ifndef TRANSPORT_PATH
 #define TRANSPORT_PATH
 
+#include "transport/specialise.glsl"
 #include "accel/surface.glsl"
 #include "math/frame.glsl"
 #include "sampling/dimension.glsl"
@@ -12,7 +13,6 @@
 #include "scene/camera.glsl"
 #include "scene/light/choice.glsl"
 #include "scene/material/material.glsl"
-#include "transport/specialise.glsl"
 #include "transport/tracer.glsl"
 
 const float LARGEST_SURVIVAL = 0.999;
@@ -52,7 +52,17 @@ void path_start(TracerAt tracer, Draw draw, out Path path) {
     vec3 origin, direction;
     float t_max;
     vec2 u = vec2(unit_f32(words.x), unit_f32(words.y));
-    camera_ray(tracer.it.camera, tracer.it.film, tracer.it.quantiles, draw.pixel, u, origin, direction, t_max);
+    vec2 st = film_sample(tracer.it.film, tracer.it.quantiles, draw.pixel, u);
+    camera_ray(tracer.it.camera, st, origin, direction, t_max);
+#ifdef FULL
+    if (has(EFFECT_LENS) && tracer.it.camera.projection == PROJECTION_THIN_LENS) {
+        words = draw_words(sequence(tracer), draw, group(0u, DECISION_LENS));
+        thin_lens_ray(tracer.it.camera, vec2(unit_f32(words.x), unit_f32(words.y)), origin, direction);
+    }
+    if (has(EFFECT_ORTHOGRAPHIC) && tracer.it.camera.projection == PROJECTION_ORTHOGRAPHIC) {
+        orthographic_ray(tracer.it.camera, origin, direction);
+    }
+#endif
     path.ray = ray_new(origin, direction, t_max);
     path.wo = -normalize3(direction);
     path.beta = vec3(1.0);
@@ -108,10 +118,11 @@ vec3 path_emission(TracerAt tracer, Path path, Vertex vertex) {
 }
 
 vec3 path_escape(TracerAt tracer, Path path) {
-    vec3 environment = tracer.it.environment;
-    if (environment == vec3(0.0)) return vec3(0.0);
-    float pdf_light = path.delta ? 0.0 : light_sampler_pdf_environment(tracer.it.lights);
-    return path_met(tracer, path, path.beta * environment, pdf_light);
+    float pdf_light;
+    vec3 radiance = light_sampler_escape(tracer.it.lights, has(EFFECT_ENVIRONMENT_MAP), tracer.it.environment, path.ray.direction,
+        pdf_light);
+    if (radiance == vec3(0.0)) return vec3(0.0);
+    return path_met(tracer, path, path.beta * radiance, path.delta ? 0.0 : pdf_light);
 }
 
 // Next-event estimation.

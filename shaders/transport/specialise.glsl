@@ -2,6 +2,9 @@
 #ifndef TRANSPORT_SPECIALISE
 #define TRANSPORT_SPECIALISE
 
+// Kernels with it can do what few scenes call for: environment maps, spot and directional lights, lenses, orthographic cameras.
+#define FULL
+
 layout(constant_id = 1) const bool SPECIALISED = false;
 layout(constant_id = 2) const uint EFFECTS = 0xFFFFFFFFu;
 layout(constant_id = 3) const uint LIGHT_KINDS = 0xFFFFFFFFu;
@@ -24,6 +27,9 @@ const uint EFFECT_CONDUCTORS = 128u;
 const uint EFFECT_DIELECTRICS = 256u;
 const uint EFFECT_THIN_DIELECTRICS = 512u;
 const uint EFFECT_NULL = 1024u;
+const uint EFFECT_ENVIRONMENT_MAP = 1u << 15;
+const uint EFFECT_LENS = 1u << 16;
+const uint EFFECT_ORTHOGRAPHIC = 1u << 17;
 const uint EFFECT_ROUGH_CONDUCTORS = 1u << 18;
 const uint EFFECT_ROUGH_DIELECTRICS = 1u << 19;
 const uint EFFECT_PLASTICS = 1u << 20;

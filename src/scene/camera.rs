@@ -1,14 +1,15 @@
-//! The perspective camera and the film.
+//! Cameras and the film.
 
-use crate::math::Vec3;
+use crate::accel::Ray;
+use crate::math::{Vec3, warp};
 
-/// A pinhole camera. The ray through film coordinates (s, t) ∈ \[0, 1\]² of the *full* film (t grows downwards)
-/// starts at `origin` and goes along `corner + s·across + t·down` (not normalised; the image plane lies at unit distance).
+/// A camera. Film coordinates (s, t) ∈ \[0, 1\]² of the *full* film (t grows downwards) stand for the vector
+/// `corner + s·across + t·down`; what it means says the projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Centre of projection, world space.
+    /// Centre of projection (orthographic: of the film), world space.
     pub origin: Vec3,
-    /// Direction to the film's top left corner.
+    /// From there to the film's top left corner.
     pub corner: Vec3,
     /// From the left to the right edge of the film.
     pub across: Vec3,
@@ -18,6 +19,46 @@ pub struct Camera {
     pub near: f32,
     /// Nothing farther than this distance along the optical axis is seen; infinite unless the file asks.
     pub far: f32,
+    /// How film positions become rays.
+    pub projection: Projection,
+}
+
+/// How film positions become rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Projection {
+    /// All rays start at the camera's origin and go along the film vector (not normalised; the film lies at unit distance).
+    #[default]
+    Pinhole,
+    /// Rays start at points of a round lens around the origin and meet where the pinhole's ray meets the plane in focus.
+    ThinLens {
+        /// Two radii of the lens at right angles to each other and to the optical axis, world space.
+        radii: [Vec3; 2],
+        /// One over the distance of the plane in focus along the optical axis; 0: infinitely far.
+        inverse_focus: f32,
+    },
+    /// Rays start at the tip of the film vector and go along one direction.
+    Orthographic {
+        /// Unit vector along which the camera looks.
+        direction: Vec3,
+    },
+}
+
+impl Camera {
+    /// The ray of film coordinates; `lens` places it on the lens, if there is one (\[0, 1)²).
+    #[inline(always)]
+    pub fn ray(&self, [s, t]: [f32; 2], lens: [f32; 2]) -> Ray {
+        let film = self.corner + self.across * s + self.down * t;
+        let (origin, direction) = match self.projection {
+            Projection::Pinhole => (self.origin, film),
+            Projection::ThinLens { radii: [u, v], inverse_focus } => {
+                let at = warp::sample_uniform_disk(lens);
+                let offset = u * at.x + v * at.y;
+                (self.origin + offset, film - offset * inverse_focus)
+            }
+            Projection::Orthographic { direction } => (self.origin + film, direction),
+        };
+        Ray::new(origin + direction * self.near, direction, self.far - self.near)
+    }
 }
 
 impl Default for Camera {
@@ -29,6 +70,7 @@ impl Default for Camera {
             down: Vec3::new(0.0, -2.0, 0.0),
             near: 0.0,
             far: f32::INFINITY,
+            projection: Projection::Pinhole,
         }
     }
 }
@@ -44,6 +86,18 @@ pub struct Film {
     pub crop_size: [u32; 2],
     /// Pixel filter, importance-sampled with weight 1, so that pixels stay independent.
     pub filter: Filter,
+}
+
+impl Film {
+    /// Film coordinates of a point of a pixel of the rendered part, drawn from the filter.
+    #[inline(always)]
+    pub fn sample(&self, pixel: u32, u: [f32; 2]) -> [f32; 2] {
+        let [width, _] = self.crop_size;
+        let offset = self.filter.sample(u);
+        let x = (self.crop_offset[0] + pixel % width) as f32 + 0.5 + offset.x;
+        let y = (self.crop_offset[1] + pixel / width) as f32 + 0.5 + offset.y;
+        [x / self.size[0] as f32, y / self.size[1] as f32]
+    }
 }
 
 impl Default for Film {

@@ -1,7 +1,7 @@
 //! What a scene calls for, of all that the path tracer can do.
 
 use super::material::{Distribution, Microfacets};
-use super::{Geometry, Light, Material, Scene};
+use super::{Geometry, Light, Material, Projection, Scene};
 
 /// The effects that a scene calls for, one bit each. GPU kernels leave out the rest; its twin is
 /// `shaders/transport/specialise.glsl`.
@@ -33,7 +33,12 @@ impl Effects {
     pub const THIN_DIELECTRICS: Self = Self(512);
     /// Surfaces that let all light through.
     pub const NULL: Self = Self(1024);
-
+    /// Radiance from outside by direction.
+    pub const ENVIRONMENT_MAP: Self = Self(1 << 15);
+    /// Rays through a thin lens.
+    pub const LENS: Self = Self(1 << 16);
+    /// Parallel camera rays.
+    pub const ORTHOGRAPHIC: Self = Self(1 << 17);
     /// Rough conductors.
     pub const ROUGH_CONDUCTORS: Self = Self(1 << 18);
     /// Rough dielectrics.
@@ -44,12 +49,16 @@ impl Effects {
     pub const ROUGH_PLASTICS: Self = Self(1 << 21);
     /// Microfacets with Gaussian slopes.
     pub const BECKMANN: Self = Self(1 << 22);
+    /// Spot lights.
+    pub const SPOTS: Self = Self(1 << 23);
+    /// Light from one direction.
+    pub const DIRECTIONAL: Self = Self(1 << 24);
 
     /// What the short variant of the GPU's kernels has: drivers take long for code even where constants switch it off.
     pub const SHORT: Self = Self((1 << 11) - 1);
 
     /// Every effect with its name.
-    pub const ALL: [(Self, &str); 16] = [
+    pub const ALL: [(Self, &str); 21] = [
         (Self::TRIANGLES, "triangles"),
         (Self::QUADRICS, "quadrics"),
         (Self::SMOOTH_NORMALS, "smooth normals"),
@@ -61,24 +70,35 @@ impl Effects {
         (Self::DIELECTRICS, "smooth dielectrics"),
         (Self::THIN_DIELECTRICS, "thin dielectrics"),
         (Self::NULL, "null materials"),
+        (Self::ENVIRONMENT_MAP, "environment map"),
+        (Self::LENS, "lens"),
+        (Self::ORTHOGRAPHIC, "orthographic camera"),
         (Self::ROUGH_CONDUCTORS, "rough conductors"),
         (Self::ROUGH_DIELECTRICS, "rough dielectrics"),
         (Self::PLASTICS, "smooth plastics"),
         (Self::ROUGH_PLASTICS, "rough plastics"),
         (Self::BECKMANN, "Beckmann microfacets"),
+        (Self::SPOTS, "spot lights"),
+        (Self::DIRECTIONAL, "directional lights"),
     ];
 
     /// What the scene calls for; `samples_lights`: whether the strategy has lights to sample there.
     pub fn of(scene: &Scene, samples_lights: bool) -> Self {
         let is_mesh = |g: &Geometry| matches!(g, Geometry::Mesh { .. } | Geometry::Rectangle { .. });
         let smooth = |g: &Geometry| matches!(g, Geometry::Mesh { smooth: true, .. });
+        let surrounds = |l: &Light| matches!(l, Light::Constant { .. } | Light::EnvironmentMap);
         let any = |f: &dyn Fn(&Geometry) -> bool| scene.shapes.iter().any(|s| f(&s.geometry));
         let present = [
             (Self::TRIANGLES, any(&is_mesh)),
             (Self::QUADRICS, any(&|g| !is_mesh(g))),
             (Self::SMOOTH_NORMALS, any(&smooth)),
             (Self::EMITTING_SURFACES, scene.shapes.iter().any(|s| s.light.is_some())),
-            (Self::ENVIRONMENT, scene.lights.iter().any(|l| matches!(l, Light::Constant { .. }))),
+            (Self::ENVIRONMENT, scene.lights.iter().any(surrounds)),
+            (Self::SPOTS, scene.lights.iter().any(|l| matches!(l, Light::Spot { .. }))),
+            (Self::DIRECTIONAL, scene.lights.iter().any(|l| matches!(l, Light::Directional { .. }))),
+            (Self::ENVIRONMENT_MAP, scene.environment_map.is_some()),
+            (Self::LENS, matches!(scene.camera.projection, Projection::ThinLens { .. })),
+            (Self::ORTHOGRAPHIC, matches!(scene.camera.projection, Projection::Orthographic { .. })),
             (Self::SAMPLED_LIGHTS, samples_lights),
         ];
         present.iter().filter(|(_, there)| *there).fold(Self::of_materials(scene), |all, (e, _)| all.with(*e))

@@ -11,10 +11,11 @@ mod validate;
 
 use crate::math::Vec3;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-pub use camera::{Camera, Film, Filter};
+pub use camera::{Camera, Film, Filter, Projection};
 pub use effects::Effects;
-pub use light::Light;
+pub use light::{EnvironmentMap, Light};
 pub use material::Material;
 use material::Transmittance;
 pub use shape::{Geometry, Shape};
@@ -44,6 +45,8 @@ pub struct Scene {
     pub transmittances: Vec<Transmittance>,
     /// Light sources.
     pub lights: Vec<Light>,
+    /// What [`Light::EnvironmentMap`] shines with.
+    pub environment_map: Option<Arc<EnvironmentMap>>,
     /// Files that determine the scene (the scene file, includes, meshes), for content hashes.
     pub sources: Vec<PathBuf>,
     /// What was read but has no effect, with its place.

@@ -1,7 +1,7 @@
 //! The checks that make a scene safe to trace: every index in range, every number finite and in its range.
 
 use super::material::{Coat, LARGEST_INDEX, ROUGHNESS};
-use super::{Camera, Geometry, Light, Material, Scene, Triangle};
+use super::{Camera, Geometry, Light, Material, Projection, Scene, Triangle};
 use crate::math::{Rgb, Vec3};
 
 /// Problems listed before the rest is only counted.
@@ -191,25 +191,51 @@ impl Scene {
                     problems.unless(position.is_finite(), || format!("light {i} is not finite: {position}"));
                     problems.unless(valid(intensity), || format!("light {i}: intensity {intensity}"));
                 }
+                Light::Spot { position, intensity, beam } => {
+                    let turned = beam.axis.is_normalized() && beam.cutoff > 0.0 && beam.cutoff <= std::f32::consts::PI;
+                    let sound = position.is_finite() && turned && (0.0..=beam.cutoff).contains(&beam.width);
+                    problems.unless(sound, || format!("light {i} is no spot: at {position}, {beam:?}"));
+                    problems.unless(valid(intensity), || format!("light {i}: intensity {intensity}"));
+                }
+                Light::Directional { direction, irradiance } => {
+                    problems.unless(direction.is_normalized(), || format!("light {i}: direction {direction}"));
+                    problems.unless(valid(irradiance), || format!("light {i}: irradiance {irradiance}"));
+                }
+                Light::EnvironmentMap => {
+                    environments += 1;
+                    problems.unless(self.environment_map.is_some(), || {
+                        format!("light {i}: the environment map is missing")
+                    });
+                }
                 Light::Constant { radiance } => {
                     environments += 1;
                     problems.unless(valid(radiance), || format!("light {i}: radiance {radiance}"));
                 }
             }
         }
+        let shines = self.lights.contains(&Light::EnvironmentMap);
+        problems.unless(shines || self.environment_map.is_none(), || "no light is the environment map".into());
         problems.unless(environments <= 1, || format!("{environments} environments; at most one is allowed"));
     }
 }
 
 /// What is wrong with a camera.
 pub(super) fn camera_problem(camera: &Camera) -> Option<String> {
-    let Camera { origin, corner, across, down, near, far } = *camera;
-    if ![origin, corner, across, down].iter().all(|v| v.is_finite()) {
+    let Camera { origin, corner, across, down, near, far, projection } = *camera;
+    // What the film must not be parallel to, and further vectors.
+    let (axis, [u, v], focus) = match projection {
+        Projection::Pinhole => (corner, [Vec3::ZERO; 2], 0.0),
+        Projection::ThinLens { radii, inverse_focus } => (corner, radii, inverse_focus),
+        Projection::Orthographic { direction } => (direction, [Vec3::ZERO; 2], 0.0),
+    };
+    if ![origin, corner, across, down, axis, u, v].iter().all(|v| v.is_finite()) {
         Some(format!("the camera is not finite in 32-bit numbers: {camera:?}"))
-    } else if across.as_dvec3().cross(down.as_dvec3()).dot(corner.as_dvec3()) == 0.0 {
+    } else if across.as_dvec3().cross(down.as_dvec3()).dot(axis.as_dvec3()) == 0.0 {
         Some(format!("the camera's film has no extent, or is seen edge-on: {camera:?}"))
     } else if !(near >= 0.0 && near < far) {
         Some(format!("near is {near} and far is {far}; 0 ≤ near < far is wanted"))
+    } else if !(focus >= 0.0 && focus.is_finite()) {
+        Some(format!("one over the focus distance is {focus}; it must be finite and at least 0"))
     } else {
         None
     }

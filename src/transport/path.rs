@@ -1,13 +1,13 @@
 //! Unidirectional path tracing over any strategy.
 //!
-//! Veach 1997, §9.3 and §10.2; depth counts edges (Mitsuba's convention: 1 = emission only). Point lights are reached by
-//! light sampling alone, with weight 1; emission seen directly counts in full.
+//! Veach 1997, §9.3 and §10.2; depth counts edges (Mitsuba's convention: 1 = emission only). Point, spot and directional lights are
+//! reached by light sampling alone, with weight 1; emission seen directly counts in full.
 
 use super::sink::{Bounce, Contribution, Sink, Vertex, Via};
 use super::wave::{Paths, Vertices, Wave};
 use crate::accel::bvh::Bvh;
 use crate::accel::simd::Registers;
-use crate::accel::{Ray, Rays, SurfacePoint, leave, segment};
+use crate::accel::{Rays, SurfacePoint, leave, segment};
 use crate::math::lanes::{bits, lane_of, set_bits};
 use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
 use crate::sampling::Draw;
@@ -16,7 +16,7 @@ use crate::sampling::rng::unit_f32;
 use crate::sampling::strategy::{Heuristic, Lights, NoRoulette, Roulette, Strategy, Technique};
 use crate::scene::light::{LightSampler, LightSamples, emitted, environment};
 use crate::scene::material::Evaluated;
-use crate::scene::{Effects, Material, Scene};
+use crate::scene::{Effects, Material, Projection, Scene};
 use std::ops::Range;
 
 /// A strategy made ready for one scene.
@@ -29,7 +29,7 @@ pub struct PathTracer<'a> {
     max_depth: u32,
     /// Depth from which roulette may end a path; `u32::MAX` = never.
     roulette_depth: u32,
-    /// Radiance from outside the scene.
+    /// Radiance from outside the scene, if it is constant.
     environment: Rgb,
     /// Whether all materials are diffuse or black.
     diffuse: bool,
@@ -60,20 +60,6 @@ impl<'a> PathTracer<'a> {
         let (max_depth, roulette_depth) = depths(scene, &strategy);
         let diffuse = Effects::DIFFUSE.contains(Effects::of_materials(scene));
         Self { scene, bvh, lights, strategy, max_depth, roulette_depth, environment: environment(scene), diffuse }
-    }
-
-    /// The ray through a film position drawn from the pixel filter.
-    #[inline(always)]
-    fn camera_ray(&self, pixel: u32, u: [f32; 2]) -> Ray {
-        let film = &self.scene.film;
-        let camera = &self.scene.camera;
-        let [width, _] = film.crop_size;
-        let offset = film.filter.sample(u);
-        let x = (film.crop_offset[0] + pixel % width) as f32 + 0.5 + offset.x;
-        let y = (film.crop_offset[1] + pixel / width) as f32 + 0.5 + offset.y;
-        let (s, t) = (x / film.size[0] as f32, y / film.size[1] as f32);
-        let direction = camera.corner + camera.across * s + camera.down * t;
-        Ray::new(camera.origin + direction * camera.near, direction, camera.far - camera.near)
     }
 
     /// One sample of the radiance that reaches a pixel.
@@ -135,8 +121,15 @@ impl<'a> PathTracer<'a> {
     #[inline(always)]
     fn start(&self, draw: &Draw, paths: &mut Paths) {
         let words = draw.words_lanes(&paths.pixel, &paths.sample, group(0, Decision::Direction));
+        let camera = &self.scene.camera;
+        let lens = match camera.projection {
+            Projection::ThinLens { .. } => draw.words_lanes(&paths.pixel, &paths.sample, group(0, Decision::Lens)),
+            _ => [[0; LANES]; 4],
+        };
+        let square = |words: &[[u32; LANES]; 4], lane: usize| [unit_f32(words[0][lane]), unit_f32(words[1][lane])];
         for lane in 0..LANES {
-            let ray = self.camera_ray(paths.pixel[lane], [unit_f32(words[0][lane]), unit_f32(words[1][lane])]);
+            let film = self.scene.film.sample(paths.pixel[lane], square(&words, lane));
+            let ray = camera.ray(film, square(&lens, lane));
             paths.ray.set(lane, ray);
             paths.wo.set(lane, -ray.direction.normalize());
             paths.beta.set(lane, Rgb::ONE);
@@ -248,11 +241,12 @@ impl<'a> PathTracer<'a> {
 
     #[inline(always)]
     fn escape<S: Sink>(&self, depth: u32, direction: Vec3, beta: Rgb, last: Option<(f32, Vec3)>, sink: &mut S) -> Rgb {
-        if self.environment == Rgb::ZERO {
+        let (radiance, pdf_light) = self.lights.escape(self.scene, self.environment, direction);
+        if radiance == Rgb::ZERO {
             return Rgb::ZERO;
         }
-        let pdf_light = last.map_or(0.0, |_| self.lights.pdf_environment(direction));
-        self.met(depth, None, beta * self.environment, last.map(|l| l.0), pdf_light, sink)
+        let pdf_light = last.map_or(0.0, |_| pdf_light);
+        self.met(depth, None, beta * radiance, last.map(|l| l.0), pdf_light, sink)
     }
 
     /// Light that the path ran into by a direction of density `pdf_direction` (`None`: from the camera, where it counts in full).
@@ -322,7 +316,7 @@ impl<'a> PathTracer<'a> {
             sink.contribution(&Contribution {
                 depth: depth + 1,
                 via: Via::LightSampling,
-                light: (light.directions >> lane & 1 == 0).then_some(light.light[lane]),
+                light: (light.directions >> lane & 1 == 0 || light.delta[lane]).then_some(light.light[lane]),
                 pdf_direction: pdf_direction[lane],
                 pdf_light: light.pdf[lane],
                 weight: weight[lane],

@@ -56,7 +56,7 @@ pub struct Contribution {
     pub light: Option<u32>,
     /// Density of direction sampling for the last direction, sr⁻¹; 0 where it cannot find the light.
     pub pdf_direction: f32,
-    /// Density of light sampling for it, choice of the light included, sr⁻¹ (a probability for point lights); 0 where it cannot.
+    /// Density of light sampling for it, choice of the light included, sr⁻¹ (a probability for lights without extent); 0 where it cannot.
     pub pdf_light: f32,
     /// Multiple importance sampling weight.
     pub weight: f32,

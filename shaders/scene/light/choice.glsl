@@ -6,7 +6,9 @@
 #include "sampling/strategy.glsl"
 #include "scene/light/area.glsl"
 #include "scene/light/constant.glsl"
+#include "scene/light/environment_map.glsl"
 #include "scene/light/point.glsl"
+#include "scene/light/spot.glsl"
 
 struct LightSample {
     // There is no `to`, only `wi`.
@@ -19,6 +21,13 @@ struct LightSample {
     bool delta;
 };
 
+bool light_is_at_point(LightEntry entry) {
+#ifdef FULL
+    if (light_kind(entry, LIGHT_SPOT)) return true;
+#endif
+    return light_kind(entry, LIGHT_POINT);
+}
+
 // Words 0, 1 place it on the light, 2 picks the light, 3 a part of it.
 bool light_sampler_sample(LightSampler lights, Surfaces surfaces, uint lights_mode, vec3 p, uvec4 words, out LightSample s) {
     s = LightSample(false, endpoint_free(vec3(0.0)), vec3(0.0), vec3(0.0), 0.0, false);
@@ -30,9 +39,25 @@ bool light_sampler_sample(LightSampler lights, Surfaces surfaces, uint lights_mo
         s.direction_only = true;
         s.wi = constant_sample(words);
         s.pdf = constant_pdf();
-    } else if (light_kind(entry, LIGHT_POINT)) {
+#ifdef FULL
+    } else if (light_kind(entry, LIGHT_ENVIRONMENT_MAP)) {
+        s.direction_only = true;
+        s.wi = environment_map_sample(lights.environment_map.it, words, s.pdf);
+        float density;
+        s.emitted = environment_map_lookup(lights.environment_map.it, s.wi, density);
+    } else if (light_kind(entry, LIGHT_DIRECTIONAL)) {
+        s.direction_only = true;
+        s.wi = entry.w;
+        s.pdf = 1.0;
+        s.delta = true;
+#endif
+    } else if (light_is_at_point(entry)) {
         if (!point_sample(entry.a, entry.radiance, p, s.to, s.emitted)) return false;
         if (!try_normalize3(s.to.p - p, s.wi)) return false;
+#ifdef FULL
+        if (light_kind(entry, LIGHT_SPOT)) s.emitted *= spot_falloff(entry.w, entry.radius, entry.density, -s.wi);
+        if (s.emitted == vec3(0.0)) return false;
+#endif
         s.pdf = 1.0;
         s.delta = true;
     } else {
@@ -55,7 +80,17 @@ float light_sampler_pdf(LightSampler lights, Surfaces surfaces, uint lights_mode
     return pdf * discrete_pmf(lights.choice, 0u, lights.entry_count, index);
 }
 
-float light_sampler_pdf_environment(LightSampler lights) {
-    return lights.environment_pdf;
+// Radiance from outside the scene, and the density of sampling it. `constant`: the radiance where there is no map.
+vec3 light_sampler_escape(LightSampler lights, bool mapped, vec3 constant, vec3 direction, out float pdf) {
+    pdf = lights.environment_pdf;
+#ifdef FULL
+    if (mapped && uint64_t(lights.environment_map) != 0ul) {
+        float density;
+        vec3 radiance = environment_map_lookup(lights.environment_map.it, direction, density);
+        pdf = density * lights.environment_pdf;
+        return radiance;
+    }
+#endif
+    return constant;
 }
 #endif

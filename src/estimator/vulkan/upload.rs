@@ -9,7 +9,7 @@ use crate::sampling::strategy::{Heuristic, Lights, Strategy};
 use crate::sampling::{Sequence, strategy::Directions};
 use crate::scene::light::{LightTables, environment};
 use crate::scene::material::{Coat, Distribution, Microfacets};
-use crate::scene::{Effects, Filter, Geometry, Light, Material, Scene};
+use crate::scene::{Camera, Effects, EnvironmentMap, Filter, Geometry, Light, Material, Projection, Scene};
 use bytemuck::{Pod, Zeroable};
 
 /// The scene's part, shared by all strategies.
@@ -26,6 +26,7 @@ pub(super) struct SceneBuffers {
     materials: Buffer,
     transmittances: Buffer,
     radiances: Buffer,
+    environment_map: Option<EnvironmentMapBuffers>,
     triangle_tree: (u32, [[f32; 3]; 2]),
     quadric_tree: (u32, [[f32; 3]; 2]),
     /// Entries that a walk's stack needs at most.
@@ -55,11 +56,13 @@ impl SceneBuffers {
         let transmittances: Vec<f32> = scene.transmittances.iter().flat_map(|t| t.0).collect();
         let radiance = |l: &Light| match *l {
             Light::Area { radiance, .. } => radiance,
-            Light::Point { .. } | Light::Constant { .. } => Rgb::ZERO,
+            _ => Rgb::ZERO,
         };
         let radiances: Vec<Rgb> = scene.lights.iter().map(radiance).collect();
+        let map = scene.environment_map.as_deref().map(|map| EnvironmentMapBuffers::new(&mut up, map));
         let tree = |t: &CompactTree| (t.root, t.bounds);
         Ok(Self {
+            environment_map: map.transpose()?,
             quantiles: up(bytemuck::cast_slice(warp::gaussian_quantiles()))?,
             triangle_nodes: up(bytemuck::cast_slice(&bvh.triangle_tree.nodes))?,
             quadric_nodes: up(bytemuck::cast_slice(&bvh.quadric_tree.nodes))?,
@@ -77,6 +80,44 @@ impl SceneBuffers {
             stack: bvh.triangle_tree.depth.max(bvh.quadric_tree.depth).max(1),
             boxes: bvh.quadrics.iter().map(|q| q.bounds()).collect(),
         })
+    }
+}
+
+/// An environment map and its distributions.
+struct EnvironmentMapBuffers {
+    _tables: [Buffer; 4],
+    map: Buffer,
+}
+
+/// `EnvironmentMap` of `shaders/scene/scene.glsl`.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct EnvironmentMapAt {
+    axes: [[f32; 3]; 3],
+    width: u32,
+    band_count: u32,
+    pad: u32,
+    tables: [u64; 4],
+}
+
+impl EnvironmentMapBuffers {
+    fn new(up: &mut impl FnMut(&[u8]) -> Result<Buffer>, map: &EnvironmentMap) -> Result<Self> {
+        let (rows, columns) = map.thresholds();
+        let tables = [
+            up(bytemuck::cast_slice(map.texels()))?,
+            up(bytemuck::cast_slice(map.bands()))?,
+            up(bytemuck::cast_slice(rows))?,
+            up(bytemuck::cast_slice(&columns))?,
+        ];
+        let frame = map.frame();
+        let at = EnvironmentMapAt {
+            axes: [frame.s, frame.t, frame.n].map(Into::into),
+            width: map.width(),
+            band_count: map.bands().len() as u32,
+            pad: 0,
+            tables: tables.each_ref().map(|t| t.address),
+        };
+        Ok(Self { map: up(bytemuck::bytes_of(&at))?, _tables: tables })
     }
 }
 
@@ -155,15 +196,48 @@ struct TreeAt {
     pad: u32,
 }
 
+/// `Camera` of `shaders/scene/scene.glsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Tracer {
+struct CameraAt {
     origin: [f32; 3],
     near: f32,
     corner: [f32; 3],
     far: f32,
     across: [f32; 3],
     down: [f32; 3],
+    projection: u32,
+    u: [f32; 3],
+    v: [f32; 3],
+    inverse_focus: f32,
+}
+
+impl CameraAt {
+    fn of(camera: &Camera) -> Self {
+        let (projection, [u, v], inverse_focus) = match camera.projection {
+            Projection::Pinhole => (0, [Vec3::ZERO; 2], 0.0),
+            Projection::ThinLens { radii, inverse_focus } => (1, radii, inverse_focus),
+            Projection::Orthographic { direction } => (2, [direction, Vec3::ZERO], 0.0),
+        };
+        Self {
+            origin: camera.origin.into(),
+            near: camera.near,
+            corner: camera.corner.into(),
+            far: camera.far,
+            across: camera.across.into(),
+            down: camera.down.into(),
+            projection,
+            u: u.into(),
+            v: v.into(),
+            inverse_focus,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Tracer {
+    camera: CameraAt,
     film_size: [u32; 2],
     crop_offset: [u32; 2],
     crop_size: [u32; 2],
@@ -195,6 +269,7 @@ struct LightsAt {
     tables: [u64; 6],
     entry_count: u32,
     environment_pdf: f32,
+    environment_map: u64,
 }
 
 /// What a strategy does, in the order of the specialization constants from [`FIRST_SETTING`] on.
@@ -272,7 +347,7 @@ impl TracerBuffers {
             up(bytemuck::cast_slice(&lights.drawn_first))?,
             up(bytemuck::cast_slice(&lights.densities))?,
         ];
-        let (camera, film, b) = (&scene.camera, &scene.film, buffers);
+        let (film, b) = (&scene.film, buffers);
         let (filter_kind, filter_width) = match film.filter {
             Filter::Box => (0, 0.0),
             Filter::Tent { radius } => (1, radius),
@@ -280,12 +355,7 @@ impl TracerBuffers {
         };
         let tree = |(root, bounds): (u32, _), nodes: &Buffer| TreeAt { nodes: nodes.address, bounds, root, pad: 0 };
         let tracer = Tracer {
-            origin: camera.origin.into(),
-            near: camera.near,
-            corner: camera.corner.into(),
-            far: camera.far,
-            across: camera.across.into(),
-            down: camera.down.into(),
+            camera: CameraAt::of(&scene.camera),
             film_size: film.size,
             crop_offset: film.crop_offset,
             crop_size: film.crop_size,
@@ -308,6 +378,7 @@ impl TracerBuffers {
                 tables: tables.each_ref().map(|t| t.address),
                 entry_count: lights.entries.len() as u32,
                 environment_pdf: lights.environment_pdf,
+                environment_map: b.environment_map.as_ref().map_or(0, |m| m.map.address),
             },
             environment: environment(scene).into(),
             triangle_count: scene.triangles.len() as u32,

@@ -100,7 +100,8 @@ fn check_size(width: u64, height: u64, bytes_per_pixel: u64, file_size: usize) -
 
 fn decode_other(bytes: &[u8], format: ImageFormat, raw: bool) -> Decoded<Picture> {
     let name = format!("{format:?}").to_uppercase();
-    let damaged = |e: image::ImageError| format!("damaged {name} picture: {}", e.to_string().replace(char::is_control, " "));
+    let damaged =
+        |e: image::ImageError| format!("damaged {name} picture: {}", e.to_string().replace(char::is_control, " "));
     let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
     check_size(width.into(), height.into(), decoder.color_type().bytes_per_pixel().into(), bytes.len())?;

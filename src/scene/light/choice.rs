@@ -1,7 +1,7 @@
 //! Which light is sampled, and the sampler that puts choice and light together.
 
 use super::area::Emitter;
-use super::{Light, constant, point};
+use super::{Beam, EnvironmentMap, Light, constant, point};
 use crate::accel::{Endpoint, SurfacePoint};
 use crate::math::rgb::luminance;
 use crate::math::{Rgb, Vec3};
@@ -9,6 +9,7 @@ use crate::sampling::discrete::Discrete;
 use crate::sampling::strategy::{LightChoice, Lights};
 use crate::scene::{Geometry, Scene};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Where light comes from.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +27,7 @@ pub struct LightSample {
     pub to: LightTarget,
     /// Unit vector to the light.
     pub wi: Vec3,
-    /// Radiance towards the point, W m⁻² sr⁻¹; for `delta` lights intensity over squared distance, W m⁻².
+    /// Radiance towards the point, W m⁻² sr⁻¹; for `delta` lights irradiance at right angles to `wi`, W m⁻².
     pub emitted: Rgb,
     /// Density over solid angle, the choice of the light included, sr⁻¹; for `delta` lights the probability of the choice.
     pub pdf: f32,
@@ -51,13 +52,18 @@ pub(super) enum Kind {
     Area(Emitter),
     /// All constant lights of the scene.
     Environment,
+    EnvironmentMap(Arc<EnvironmentMap>),
     Point(Vec3),
+    Spot(Vec3, Beam),
+    /// Unit vector to the light.
+    Directional(Vec3),
 }
 
 /// No entry.
 const ABSENT: u32 = u32::MAX;
 
-/// Draws points on the lights of one scene. Point lights always take part, lights with an extent unless [`Lights::None`].
+/// Draws points on the lights of one scene. Lights that no direction can meet (point, spot, directional) always take part,
+/// the others unless [`Lights::None`].
 #[derive(Clone, Debug)]
 pub struct LightSampler {
     pub(super) entries: Vec<Entry>,
@@ -66,33 +72,45 @@ pub struct LightSampler {
     pub(super) patches_alone: bool,
     /// Entry of each shape, or [`ABSENT`].
     pub(super) of_shape: Vec<u32>,
-    /// Density of any direction to the environment.
+    /// Density of any direction to a constant environment; probability of the choice of an environment map.
     pub(super) environment_pdf: f32,
+    environment_map: Option<Arc<EnvironmentMap>>,
     solid_angle: bool,
 }
 
 impl LightSampler {
-    /// Tables for a scene. By power, the weights are luminances in W: area πAL, point 4πI, constant 4π²R²L with R = the radius
+    /// Tables for a scene. By power, the weights are luminances in W: area πAL, point 4πI, spot ΩI with Ω = the
+    /// integral of its falloff, directional πR²E, constant and environment map 4π²R²L with L the mean radiance and R the radius
     /// of a sphere around the scene (all the flux that enters it). Lights that cannot emit are left out.
     pub fn new(scene: &Scene, lights: Lights, choice: LightChoice) -> Self {
         let mut entries = Vec::new();
         let mut weights = Vec::new();
         let mut of_shape = vec![ABSENT; scene.shapes.len()];
         let mut environment = None;
+        let extended = lights != Lights::None;
+        let radius = bounding_radius(scene);
         for (index, light) in (0u32..).zip(&scene.lights) {
-            let extended = lights != Lights::None;
             let (radiance, kind, flux) = match *light {
                 Light::Point { position, intensity } => (intensity, Kind::Point(position), 4.0 * PI),
+                Light::Spot { position, intensity, beam } => {
+                    (intensity, Kind::Spot(position, beam), beam.solid_angle())
+                }
+                Light::Directional { direction, irradiance } => {
+                    (irradiance, Kind::Directional(-direction), PI * radius * radius)
+                }
                 Light::Area { shape, radiance } if extended => {
                     match Emitter::new(scene, &scene.shapes[shape as usize].geometry) {
                         Some((emitter, area)) => (radiance, Kind::Area(emitter), PI * area),
                         None => continue,
                     }
                 }
-                Light::Constant { .. } if extended && environment.is_none() => {
-                    let radius = bounding_radius(scene);
+                Light::Constant { .. } | Light::EnvironmentMap if extended && environment.is_none() => {
                     environment = Some(entries.len());
-                    (constant::environment(scene), Kind::Environment, (2.0 * PI * radius).powi(2))
+                    let (mean, kind) = match &scene.environment_map {
+                        Some(map) => (map.mean(), Kind::EnvironmentMap(Arc::clone(map))),
+                        None => (constant::environment(scene), Kind::Environment),
+                    };
+                    (mean, kind, (2.0 * PI * radius).powi(2))
                 }
                 _ => continue,
             };
@@ -111,11 +129,13 @@ impl LightSampler {
             weights.push(weight);
         }
         let choice = Discrete::new(&weights);
-        let environment_pdf = environment.map_or(0.0, |e| constant::pdf() * choice.pmf(e));
+        let environment_map = scene.environment_map.clone().filter(|_| environment.is_some());
+        let density = if environment_map.is_some() { 1.0 } else { constant::pdf() };
+        let environment_pdf = environment.map_or(0.0, |e| density * choice.pmf(e));
         let solid_angle = lights == Lights::SolidAngle;
         let is_patch = |e: &Entry| matches!(e.kind, Kind::Area(Emitter::Parallelogram(_)));
         let patches_alone = !solid_angle && entries.iter().all(is_patch);
-        Self { entries, choice, patches_alone, of_shape, environment_pdf, solid_angle }
+        Self { entries, choice, patches_alone, of_shape, environment_pdf, environment_map, solid_angle }
     }
 
     /// A sample of the light that arrives at `p`. Words 0, 1 place it on the light, 2 picks the light, 3 a part of it.
@@ -134,6 +154,17 @@ impl LightSampler {
                 (LightTarget::Point(at), wi, radiance, pdf.0, false)
             }
             Kind::Environment => (LightTarget::Direction, constant::sample(words), radiance, constant::pdf(), false),
+            Kind::EnvironmentMap(map) => {
+                let (wi, pdf) = map.sample(words);
+                (LightTarget::Direction, wi, map.lookup(wi).0, pdf, false)
+            }
+            &Kind::Directional(wi) => (LightTarget::Direction, wi, radiance, 1.0, true),
+            &Kind::Spot(position, beam) => {
+                let (at, emitted) = point::sample(position, radiance, p)?;
+                let wi = (at.p - p).try_normalize()?;
+                let emitted = emitted * beam.falloff(-wi);
+                (emitted != Rgb::ZERO).then_some((LightTarget::Point(at), wi, emitted, 1.0, true))?
+            }
             &Kind::Point(position) => {
                 let (at, emitted) = point::sample(position, radiance, p)?;
                 (LightTarget::Point(at), (at.p - p).try_normalize()?, emitted, 1.0, true)
@@ -158,8 +189,21 @@ impl LightSampler {
 
     /// Density over solid angle, the choice included, with which [`Self::sample`] draws `wi` for the environment.
     #[inline(always)]
-    pub fn pdf_environment(&self, _wi: Vec3) -> f32 {
-        self.environment_pdf
+    pub fn pdf_environment(&self, wi: Vec3) -> f32 {
+        self.environment_map.as_ref().map_or(1.0, |map| map.lookup(wi).1) * self.environment_pdf
+    }
+
+    /// Radiance from outside the scene along `direction`, and [`Self::pdf_environment`] of it. `constant`: that of
+    /// [`super::environment`].
+    #[inline(always)]
+    pub fn escape(&self, scene: &Scene, constant: Rgb, direction: Vec3) -> (Rgb, f32) {
+        match &scene.environment_map {
+            Some(map) => {
+                let (radiance, density) = map.lookup(direction);
+                (radiance, density * self.environment_pdf)
+            }
+            None => (constant, self.environment_pdf),
+        }
     }
 
     /// Whether there is nothing to sample.

@@ -3,14 +3,18 @@
 mod area;
 mod choice;
 mod constant;
+mod environment_map;
 mod lanes;
 mod point;
+mod spot;
 mod tables;
 
 pub use area::emitted;
 pub use choice::{LightSample, LightSampler, LightTarget};
 pub use constant::environment;
+pub use environment_map::{Band, EnvironmentMap};
 pub use lanes::LightSamples;
+pub use spot::Beam;
 pub use tables::{LightEntry, LightTables};
 
 use crate::math::{Rgb, Vec3};
@@ -32,6 +36,24 @@ pub enum Light {
         /// W sr⁻¹.
         intensity: Rgb,
     },
+    /// A point that emits into a cone.
+    Spot {
+        /// World space.
+        position: Vec3,
+        /// On the axis, W sr⁻¹.
+        intensity: Rgb,
+        /// The cone.
+        beam: Beam,
+    },
+    /// Parallel light from outside the scene.
+    Directional {
+        /// Unit vector along which it travels.
+        direction: Vec3,
+        /// On a surface at right angles to it, W m⁻².
+        irradiance: Rgb,
+    },
+    /// [`super::Scene::environment_map`].
+    EnvironmentMap,
     /// The same radiance from every direction that no surface covers.
     Constant {
         /// W m⁻² sr⁻¹.

@@ -41,7 +41,7 @@ pub struct LightTables {
     pub drawn_first: Vec<u32>,
     /// Meshes: of each triangle its probability, and that over its area.
     pub densities: Vec<[f32; 2]>,
-    /// Density of any direction to the environment, sr⁻¹.
+    /// Density of any direction to a constant environment, sr⁻¹; probability of the choice of an environment map.
     pub environment_pdf: f32,
     /// Bit per kind of light that occurs.
     pub kinds: u32,
@@ -61,6 +61,12 @@ impl LightSampler {
             match &entry.kind {
                 Kind::Environment => e.kind = 0,
                 Kind::Point(position) => (e.kind, e.a) = (1, (*position).into()),
+                Kind::Spot(position, beam) => {
+                    (e.kind, e.a, e.w) = (7, (*position).into(), beam.axis.into());
+                    (e.radius, e.density) = (beam.cutoff, beam.width);
+                }
+                Kind::Directional(wi) => (e.kind, e.w) = (8, (*wi).into()),
+                Kind::EnvironmentMap(_) => e.kind = 9,
                 Kind::Area(emitter) => tables.add_emitter(&mut e, emitter),
             }
             tables.kinds |= 1 << e.kind;

@@ -4,7 +4,7 @@ use super::value::{self, Value};
 use super::{Builder, Node};
 use crate::error::Result;
 use crate::scene::validate::camera_problem;
-use crate::scene::{Camera, Film, Filter};
+use crate::scene::{Camera, Film, Filter, Projection};
 use glam::DVec3;
 
 /// Largest film side in pixels.
@@ -13,11 +13,14 @@ const LARGEST_SIDE: i64 = 1 << 16;
 /// Relative deviation of the camera's axes from equal length that counts as rounding: Mitsuba's figure.
 const AXIS_TOLERANCE: f64 = 1e-3;
 
+/// Mitsuba's default for `far_clip`, and so for `focus_distance`.
+const DEFAULT_FAR: f64 = 1e4;
+
 impl Builder {
     pub(super) fn sensor(&mut self, index: usize) -> Result<()> {
         let node = &self.tree.nodes[index];
-        if node.plugin != "perspective" {
-            return Err(node.unsupported(&node.plugin, "perspective"));
+        if !["perspective", "thinlens", "orthographic"].contains(&node.plugin.as_str()) {
+            return Err(node.unsupported(&node.plugin, "perspective, thinlens, orthographic"));
         }
         let mut film = None;
         for child in &node.children {
@@ -37,8 +40,16 @@ impl Builder {
             self.scene.film = Film { size, crop_offset: [0, 0], crop_size: size, filter };
         }
         let [width, height] = self.scene.film.size.map(f64::from);
-        self.scene.camera = camera(&self.tree.nodes[index], width / height)?;
-        // No lens, no motion; the sample count belongs to the experiment.
+        let node = &self.tree.nodes[index];
+        let camera = match node.plugin.as_str() {
+            "orthographic" => orthographic(node, width / height)?,
+            _ => perspective(node, width / height)?,
+        };
+        if let Some(problem) = camera_problem(&camera) {
+            return Err(node.error(problem));
+        }
+        self.scene.camera = camera;
+        // No motion, no lens but of `thinlens`; the sample count belongs to the experiment.
         self.finish(index, &["focus_distance", "aperture_radius", "shutter_open", "shutter_close"]);
         Ok(())
     }
@@ -118,8 +129,8 @@ impl Builder {
     }
 }
 
-/// The camera's frame for film coordinates. Mitsuba's camera looks along z, with y up and x to the left.
-fn camera(node: &Node, aspect: f64) -> Result<Camera> {
+/// A pinhole or thin-lens camera. Mitsuba's cameras look along z, with y up and x to the left.
+fn perspective(node: &Node, aspect: f64) -> Result<Camera> {
     let to_world = node.transform("to_world")?.unwrap_or_default();
     let axes = to_world.matrix3;
     let scale = axes.z_axis.length();
@@ -128,21 +139,60 @@ fn camera(node: &Node, aspect: f64) -> Result<Camera> {
         return Err(node.error("to_world scales the camera's axes unequally, or to nothing"));
     }
     let tan_x = tan_half_fov(node, aspect)?;
-    let offset = |name| Ok::<_, crate::error::Error>(node.float(name)?.unwrap_or(0.0));
+    let lens = node.plugin == "thinlens";
+    let offset = |name| Ok::<_, crate::error::Error>(if lens { 0.0 } else { node.float(name)?.unwrap_or(0.0) });
     let (x, y) = (offset("principal_point_offset_x")?, offset("principal_point_offset_y")?);
     let (left, up, forward) = (axes.x_axis / scale, axes.y_axis / scale, axes.z_axis / scale);
     let (half_across, half_up) = (left * tan_x, up * (tan_x / aspect));
     let near = node.float("near_clip")?.unwrap_or(0.0);
     let far = node.float("far_clip")?.unwrap_or(f64::INFINITY);
-    let camera = Camera {
+    Ok(Camera {
         origin: to_world.translation.as_vec3(),
         corner: (forward + half_across * (1.0 - 2.0 * x) + half_up * (1.0 - 2.0 * y)).as_vec3(),
         across: (half_across * -2.0).as_vec3(),
         down: (half_up * -2.0).as_vec3(),
         near: near as f32,
         far: far as f32,
+        projection: if lens { thin_lens(node, left, up)? } else { Projection::Pinhole },
+    })
+}
+
+/// The lens between the unit axes `left` and `up`.
+fn thin_lens(node: &Node, left: DVec3, up: DVec3) -> Result<Projection> {
+    let radius = node.float("aperture_radius")?.ok_or_else(|| node.error("lacks the property `aperture_radius`"))?;
+    if radius < 0.0 {
+        return Err(node.error(format!("aperture_radius is {radius}; it must be at least 0")));
+    }
+    let focus = match node.float("focus_distance")? {
+        Some(distance) => distance,
+        None => node.float("far_clip")?.unwrap_or(DEFAULT_FAR),
     };
-    camera_problem(&camera).map_or(Ok(camera), |problem| Err(node.error(problem)))
+    if focus <= 0.0 {
+        return Err(node.error(format!("focus_distance is {focus}; it must be above 0")));
+    }
+    let radii = [left, up].map(|axis| (axis * radius).as_vec3());
+    Ok(Projection::ThinLens { radii, inverse_focus: (1.0 / focus) as f32 })
+}
+
+/// Parallel rays along z from a film that spans \[−1, 1\] along x, and along y as much as its aspect says.
+fn orthographic(node: &Node, aspect: f64) -> Result<Camera> {
+    let to_world = node.transform("to_world")?.unwrap_or_default();
+    let axes = to_world.matrix3;
+    let direction = axes.z_axis.try_normalize().ok_or_else(|| node.error("to_world takes the z axis to nothing"))?;
+    let (half_across, half_up) = (axes.x_axis, axes.y_axis / aspect);
+    // Mitsuba scales the distance of the nearest point, but not the length of rays.
+    let near = node.float("near_clip")?.unwrap_or(0.0);
+    let far = node.float("far_clip")?.unwrap_or(f64::INFINITY);
+    let scaled = near * axes.z_axis.length();
+    Ok(Camera {
+        origin: to_world.translation.as_vec3(),
+        corner: (half_across + half_up).as_vec3(),
+        across: (half_across * -2.0).as_vec3(),
+        down: (half_up * -2.0).as_vec3(),
+        near: scaled as f32,
+        far: (scaled + (far - near)) as f32,
+        projection: Projection::Orthographic { direction: direction.as_vec3() },
+    })
 }
 
 /// Tangent of half the horizontal field of view.

@@ -3,6 +3,7 @@
 mod attribute;
 mod camera;
 mod ior;
+mod light;
 mod reader;
 mod shape;
 mod surface;
@@ -10,8 +11,7 @@ mod tree;
 mod value;
 
 use crate::error::{Error, Place, Result};
-use crate::scene::{Depth, Light, Scene};
-use glam::DVec3;
+use crate::scene::{Depth, Scene};
 use std::collections::HashMap;
 use std::path::Path;
 use tree::{Node, Tree};
@@ -71,16 +71,16 @@ impl Builder {
                 ("integrator", _) if integrator.is_none() => integrator = Some(index),
                 ("integrator", _) => return Err(node.error("a second integrator; a scene has one")),
                 ("shape", _) => self.shape(index)?,
-                ("emitter", "constant") => {
+                ("emitter", "constant" | "envmap") => {
                     if let Some(first) = environment.replace(node.place.clone()) {
                         return Err(node.error(format!("a second environment; a scene has one (first: {first})")));
                     }
                     self.light(index)?;
                 }
-                ("emitter", "point") => self.light(index)?,
+                ("emitter", "point" | "spot" | "directional") => self.light(index)?,
                 // An area light shines where a shape refers to it.
                 ("emitter", "area") => {}
-                ("emitter", other) => return Err(node.unsupported(other, "area, point, constant")),
+                ("emitter", other) => return Err(node.unsupported(other, light::LIGHTS)),
                 // Nothing of these unless something refers to them.
                 _ => {}
             }
@@ -138,28 +138,6 @@ impl Builder {
         let quiet = ["samples_per_pass", "block_size", "timeout", "shading_samples", "emitter_samples", "bsdf_samples"];
         self.finish(index, &quiet);
         Ok(depth)
-    }
-
-    /// A light that is not part of a shape.
-    fn light(&mut self, index: usize) -> Result<()> {
-        let node = &self.tree.nodes[index];
-        let (light, quiet): (_, &[&str]) = if node.plugin == "constant" {
-            (Light::Constant { radiance: self.emission(index, "radiance")? }, &["sampling_weight", "to_world"])
-        } else {
-            let position = match (node.vector("position")?, node.transform("to_world")?) {
-                (Some(_), Some(_)) => return Err(node.error("found both `position` and `to_world`; give one")),
-                (Some(position), None) => position,
-                (None, to_world) => to_world.unwrap_or_default().transform_point3(DVec3::ZERO),
-            };
-            if !position.as_vec3().is_finite() {
-                return Err(node.error(format!("position {position} is out of the range of 32-bit numbers")));
-            }
-            let intensity = self.emission(index, "intensity")?;
-            (Light::Point { position: position.as_vec3(), intensity }, &["sampling_weight"])
-        };
-        self.scene.lights.push(light);
-        self.finish(index, quiet);
-        Ok(())
     }
 
     fn warn(&mut self, place: &Place, message: &str) {

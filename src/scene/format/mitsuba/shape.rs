@@ -6,7 +6,7 @@ use super::{Builder, Node};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::scene::validate::is_sound;
-use crate::scene::{Geometry, Light, Shape, Triangle};
+use crate::scene::{Geometry, Shape, Triangle};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -74,14 +74,6 @@ impl Builder {
             }
         }
         Ok((surface, emitter))
-    }
-
-    /// Adds the light of the shape that comes next.
-    fn area_light(&mut self, index: usize) -> Result<u32> {
-        let radiance = self.emission(index, "radiance")?;
-        self.finish(index, &["sampling_weight"]);
-        self.scene.lights.push(Light::Area { shape: self.scene.shapes.len() as u32, radiance });
-        Ok(self.scene.lights.len() as u32 - 1)
     }
 
     fn mesh_file(&mut self, index: usize) -> Result<Mesh> {

@@ -223,7 +223,7 @@ impl Builder {
     }
 
     /// Refuses objects inside a BSDF or emitter that stand for none of these properties.
-    fn only_colours(&self, index: usize, names: &[&str]) -> Result<()> {
+    pub(super) fn only_colours(&self, index: usize, names: &[&str]) -> Result<()> {
         let node = &self.tree.nodes[index];
         for child in &node.children {
             if !child.name.as_deref().is_some_and(|name| names.contains(&name)) {
