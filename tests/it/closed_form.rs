@@ -14,7 +14,8 @@ use rootn::record::Dependence;
 use rootn::sampling::Sequence;
 use rootn::sampling::rng::{Key, Role};
 use rootn::sampling::strategy::{Heuristic, LightChoice, Lights, Preset, Strategy};
-use rootn::scene::{Camera, Geometry, Light, Material, Scene, Shape, Triangle};
+use rootn::scene::light::Beam;
+use rootn::scene::{Camera, EnvironmentMap, Geometry, Light, Material, Scene, Shape, Triangle};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -91,6 +92,13 @@ impl Builder {
         let fan: Vec<[Vec3; 3]> = corners[1..].windows(2).map(|w| [corners[0], w[0], w[1]]).collect();
         let range = self.triangles(&fan);
         self.add(Geometry::Mesh { range, smooth: false }, 0, radiance)
+    }
+
+    /// An environment map whose y axis is the scene's.
+    fn map(mut self, width: u32, texels: &[Vec3]) -> Self {
+        let map = EnvironmentMap::new(width, texels.to_vec(), [Vec3::X, Vec3::Y, Vec3::Z]).unwrap();
+        self.0.environment_map = Some(Arc::new(map));
+        self.light(Light::EnvironmentMap)
     }
 
     fn light(mut self, light: Light) -> Self {
@@ -261,8 +269,46 @@ impl Form {
 /// A convex object in constant light: ρL₀ everywhere, as nothing shadows it (rendering equation; mitsuba2 issue 82).
 fn convex(name: &str, geometry: Geometry, at: Vec3) -> Form {
     let (rho, l0) = (0.5f32, 0.8f32);
-    let b = scene(rho, Some(3), u32::MAX).add(geometry, 1, 0.0).light(Light::Constant { radiance: Vec3::splat(l0) });
+    let mut b = scene(rho, Some(3), u32::MAX).add(geometry, 1, 0.0);
+    // A map that is white everywhere is no different.
+    b = match name.contains("map") {
+        true => b.map(5, &[Vec3::splat(l0); 20]),
+        false => b.light(Light::Constant { radiance: Vec3::splat(l0) }),
+    };
     b.look(Vec3::new(1.0, 4.0, 2.0), at).form(name, f64::from(rho) * f64::from(l0))
+}
+
+/// White surfaces that light each other in a white map, with every path followed: L₀ everywhere.
+fn white_furnace() -> Form {
+    let l0 = 0.8f32;
+    let b = scene(1.0, None, u32::MAX)
+        .add(sphere(Vec3::new(0.0, 1.0, 0.0), 1.0, false), 1, 0.0)
+        .add(sphere(Vec3::new(1.5, 0.75, 0.5), 0.5, false), 1, 0.0)
+        .map(5, &[Vec3::splat(l0); 20]);
+    let form = b.look(Vec3::new(1.0, 4.0, 2.0), Vec3::new(0.8, 1.2, 0.55)).form("white furnace in a map", l0.into());
+    Form { uniform: false, ..form }
+}
+
+/// A floor under lights that are far away or narrow: L = (ρ/π)E, with the irradiance E cos θ of a directional light, I cos θ/d²
+/// on the axis of a spot light, and the integral of a map's radiance times cos θ.
+fn far_or_narrow() -> Vec<Form> {
+    let (rho, strength) = (0.7f32, 3.0f32);
+    let (r, e) = (f64::from(rho), f64::from(strength));
+    let direction = Vec3::new(0.3, -0.8, 0.5).normalize();
+    let directional = Light::Directional { direction, irradiance: Vec3::splat(strength) };
+    let position = Vec3::new(0.6, 1.5, -0.4);
+    let beam = Beam { axis: -position.normalize(), cutoff: 0.2, width: 0.1 };
+    let spot = Light::Spot { position, intensity: Vec3::splat(strength), beam };
+    let at = f64::from(position.y) / f64::from(position.length()).powi(3);
+    // Bright at one side above the horizon, dark below it, and without the symmetry of its grid.
+    let (width, rows) = (7, 6);
+    let texel = |i: u32| if i == 17 { 20.0 } else { [0.0, 1.0, 0.25, 2.0][(i % 4) as usize] };
+    let texels: Vec<Vec3> = (0..width * rows).map(|i| Vec3::splat(texel(i))).collect();
+    vec![
+        floor(rho).light(directional).form("directional light", r / PI * e * -f64::from(direction.y)),
+        floor(rho).light(spot).form("spot light on its axis", r / PI * e * at),
+        floor(rho).map(width, &texels).form("environment map", r / PI * crate::emitters::irradiance(width, &texels)),
+    ]
 }
 
 fn forms() -> Vec<Form> {
@@ -282,6 +328,13 @@ fn forms() -> Vec<Form> {
     let ball = sphere(Vec3::new(0.25, 0.5, -0.5), 1.5, false);
     forms.push(convex("ball in constant light", ball, Vec3::new(0.5, 0.75, 0.0)));
     let plate = Geometry::Disk { center: Vec3::ZERO, u: Vec3::X * 2.0, v: Vec3::Z * -3.0 };
+    forms.push(convex(
+        "ball in a white map",
+        sphere(Vec3::new(0.25, 0.5, -0.5), 1.5, false),
+        Vec3::new(0.5, 0.75, 0.0),
+    ));
+    forms.push(white_furnace());
+    forms.extend(far_or_narrow());
     forms.push(convex("plate in constant light", plate, Vec3::new(0.5, 0.0, 0.25)));
     forms
 }

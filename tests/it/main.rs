@@ -2,12 +2,14 @@
 
 mod agreement;
 mod bad_input;
+mod cameras;
 mod cells;
 mod chi2;
 mod claims;
 mod closed_form;
 mod command_line;
 mod determinism;
+mod emitters;
 mod experiment_file;
 mod golden;
 #[cfg(feature = "vulkan")]
