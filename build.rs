@@ -29,7 +29,7 @@ mod shaders {
         ("fold.comp", "fold", &[]),
         ("test/math.comp", "test_math", &["FULL"]),
         ("test/sampling.comp", "test_sampling", &[]),
-        ("test/light.comp", "test_light", &[]),
+        ("test/light.comp", "test_light", &["FULL"]),
         ("test/intersection.comp", "test_intersection", &[]),
     ];
 

@@ -2,8 +2,6 @@
 // The functions of scene/light one by one, for comparison with the processor.
 #extension GL_GOOGLE_include_directive : require
 
-#define FULL
-
 layout(constant_id = 1) const uint LIGHT_KINDS = 0xFFFFFFFFu;
 
 #include "scene/light/choice.glsl"

@@ -1,9 +1,7 @@
-// What is fixed when the kernel is made: only the effects that the scene calls for, only what the strategy does.
+// What is fixed when the kernel is made: only the effects that the scene calls for, only what the strategy does. The macro
+// FULL brings the code for effects that few scenes call for: drivers take long for it even where constants switch it off.
 #ifndef TRANSPORT_SPECIALISE
 #define TRANSPORT_SPECIALISE
-
-// Kernels with it can do what few scenes call for: environment maps, spot and directional lights, lenses, orthographic cameras.
-#define FULL
 
 layout(constant_id = 1) const bool SPECIALISED = false;
 layout(constant_id = 2) const uint EFFECTS = 0xFFFFFFFFu;
@@ -35,6 +33,8 @@ const uint EFFECT_ROUGH_DIELECTRICS = 1u << 19;
 const uint EFFECT_PLASTICS = 1u << 20;
 const uint EFFECT_ROUGH_PLASTICS = 1u << 21;
 const uint EFFECT_BECKMANN = 1u << 22;
+const uint EFFECT_SPOTS = 1u << 23;
+const uint EFFECT_DIRECTIONAL = 1u << 24;
 // Materials with delta lobes.
 const uint EFFECT_DELTA =
     EFFECT_CONDUCTORS | EFFECT_DIELECTRICS | EFFECT_THIN_DIELECTRICS | EFFECT_NULL | EFFECT_PLASTICS;
