@@ -1,9 +1,10 @@
 #version 460
-// The functions of scene/light one by one, for comparison with the processor.
+// The functions of scene/light and scene/camera one by one, for comparison with the processor.
 #extension GL_GOOGLE_include_directive : require
 
 layout(constant_id = 1) const uint LIGHT_KINDS = 0xFFFFFFFFu;
 
+#include "scene/camera.glsl"
 #include "scene/light/choice.glsl"
 #include "scene/scene.glsl"
 #include "test/words.glsl"
@@ -11,11 +12,16 @@ layout(constant_id = 1) const uint LIGHT_KINDS = 0xFFFFFFFFu;
 const uint FUNCTION_LIGHT_SAMPLE = 0u;
 const uint FUNCTION_LIGHT_PDF = 1u;
 const uint FUNCTION_LIGHT_ESCAPE = 2u;
+const uint FUNCTION_CAMERA_RAY = 3u;
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Tables {
     LightSampler lights;
     Surfaces surfaces;
+    uint64_t pad;
+    EnvironmentMap map;
 };
+// Of the map in bytes.
+const uint64_t MAP_OFFSET = 80ul;
 
 vec3 in_vec3(uint k) {
     return uintBitsToFloat(uvec3(in_word(k), in_word(k + 1u), in_word(k + 2u)));
@@ -28,6 +34,7 @@ void out_vec3(uint k, vec3 v) {
 void main() {
     if (!start()) return;
     LightSampler lights = Tables(test.tables).lights;
+    lights.environment_map = EnvironmentMapAt(test.tables + MAP_OFFSET);
     Surfaces surfaces = Tables(test.tables).surfaces;
     if (FUNCTION == FUNCTION_LIGHT_SAMPLE) {
         LightSample s;
@@ -55,5 +62,26 @@ void main() {
         float pdf;
         out_vec3(0u, light_sampler_escape(lights, true, in_vec3(3u), in_vec3(0u), pdf));
         out_word(3u, floatBitsToUint(pdf));
+    } else if (FUNCTION == FUNCTION_CAMERA_RAY) {
+        Camera camera;
+        camera.projection = in_word(0u);
+        camera.origin = in_vec3(1u);
+        camera.corner = in_vec3(4u);
+        camera.u = in_vec3(7u);
+        camera.v = in_vec3(10u);
+        camera.inverse_focus = uintBitsToFloat(in_word(13u));
+        camera.near = uintBitsToFloat(in_word(14u));
+        camera.far = 2.0 * camera.near;
+        camera.across = vec3(0.0);
+        camera.down = vec3(0.0);
+        vec3 origin, direction;
+        float t_max;
+        camera_ray(camera, vec2(0.5), origin, direction, t_max);
+        vec2 lens = uintBitsToFloat(uvec2(in_word(15u), in_word(16u)));
+        if (camera.projection == PROJECTION_THIN_LENS) thin_lens_ray(camera, lens, origin, direction);
+        if (camera.projection == PROJECTION_ORTHOGRAPHIC) orthographic_ray(camera, origin, direction);
+        out_vec3(0u, origin);
+        out_vec3(3u, direction);
+        out_word(6u, floatBitsToUint(t_max));
     }
 }

@@ -109,7 +109,7 @@ fn lenses_obey_the_geometry_of_thin_lenses() {
     let (sharp, scene) = (lens(0.0), lens(radius));
     let forward = (Vec3::new(0.5, 0.0, 0.0) - Vec3::new(1.0, 2.0, 3.0)).normalize();
     let mut mean = Vec3::ZERO;
-    for i in 0..1000u32 {
+    for i in 0..1024u32 {
         let u = [i % 32, i / 32].map(|k| (k as f32 + 0.5) / 32.0);
         let position = [0.3, 0.8];
         let (r, pinhole) = (ray(&scene, position, u), ray(&sharp, position, u));
@@ -124,7 +124,7 @@ fn lenses_obey_the_geometry_of_thin_lenses() {
             let apart = (r.origin + r.direction * depth) - (pinhole.origin + pinhole.direction * depth);
             assert!((apart - offset * (1.0 - depth / focus)).length() < 5e-6, "at {depth}: {apart}");
         }
-        mean += offset / 1000.0;
+        mean += offset / 1024.0;
     }
     assert!(mean.length() < 0.01 * radius, "{mean}");
     let pinhole = read("perspective", LOOK, "").unwrap().camera;

@@ -5,6 +5,7 @@
 //! image's mean: an unpaired test of the same samples could not see it.
 
 use crate::determinism::cornell;
+use crate::emitters::patterned;
 use crate::support::{no_messages, vulkan};
 use crate::waves::scenes;
 use rootn::Error;
@@ -18,7 +19,8 @@ use rootn::record::Record;
 use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, Stop, powers_of_two};
 use rootn::sampling::strategy::{Directions, Heuristic, LightChoice, Lights, NoRoulette, Preset, Roulette, Technique};
 use rootn::sampling::{Key, Sequence, Strategy};
-use rootn::scene::{Effects, Geometry, Light, Material, Scene};
+use rootn::scene::light::Beam;
+use rootn::scene::{Effects, Geometry, Light, Material, Projection, Scene};
 use rootn::stats::Metric;
 use std::path::Path;
 use std::sync::Arc;
@@ -181,6 +183,46 @@ fn every_strategy_agrees_with_the_cpu() {
                     failures.push(paired.line(&strategy.identity()));
                 }
             }
+        }
+    }
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+    no_messages(&device);
+}
+
+/// What few scenes call for: an environment map, spot and directional lights through a lens, and an orthographic view of them.
+#[test]
+fn rare_effects_agree_with_the_cpu() {
+    let Some(device) = vulkan() else { return };
+    let mut failures = Vec::new();
+    let (beam, intensity) = (Beam { axis: -Vec3::Y, cutoff: 0.9, width: 0.3 }, Vec3::new(9.0, 7.0, 5.0));
+    for orthographic in [false, true] {
+        let mut scene = all_lights();
+        scene.lights.retain(|l| !matches!(l, Light::Constant { .. }));
+        scene.environment_map = Some(Arc::new(patterned(24, 12, [Vec3::Z, Vec3::Y, Vec3::NEG_X])));
+        scene.lights.extend([
+            Light::EnvironmentMap,
+            Light::Spot { position: Vec3::new(0.0, 3.0, 1.0), intensity, beam },
+            Light::Directional { direction: Vec3::new(0.6, -0.8, 0.0), irradiance: Vec3::new(1.0, 2.0, 3.0) },
+        ]);
+        let (u, v) = (scene.camera.across.normalize(), scene.camera.down.normalize());
+        scene.camera.projection = match orthographic {
+            true => Projection::Orthographic { direction: u.cross(v) },
+            false => Projection::ThinLens { radii: [u * 0.2, v * 0.2], inverse_focus: 0.2 },
+        };
+        scene.validate().unwrap();
+        let prepared = Arc::new(PreparedScene::new(scene).unwrap());
+        let scene = Arc::new(DeviceScene::new(&device, Arc::clone(&prepared)).unwrap());
+        for preset in [Preset::Mis, Preset::Sobol].into_iter().take(if orthographic { 1 } else { 2 }) {
+            let cpu = samples(&CpuEstimator::new(Arc::clone(&prepared), preset.strategy()), RUNS);
+            let gpu = samples(&estimator(&scene, preset.strategy(), Tuning::default()).unwrap(), RUNS);
+            let paired = Paired::new(&cpu, &gpu);
+            let line = paired.line(&format!("orthographic {orthographic} · {}", preset.label()));
+            println!("{line}");
+            if !paired.agrees() {
+                failures.push(line.clone());
+            }
+            let brighter: Vec<f64> = gpu.iter().map(|x| x * (1.0 + 5e-4)).collect();
+            assert!(!Paired::new(&cpu, &brighter).agrees(), "{line}: a sabotage of 5e-4 passes");
         }
     }
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));

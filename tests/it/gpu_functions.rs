@@ -7,6 +7,7 @@
 //! (grazing cosines, small triangles far away), a row is `nudged`: a unit then is at least what the result changes by when
 //! an input changes by one.
 
+mod maps_and_cameras;
 mod scenes;
 mod twins;
 

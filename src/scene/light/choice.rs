@@ -8,6 +8,7 @@ use crate::math::{Rgb, Vec3};
 use crate::sampling::discrete::Discrete;
 use crate::sampling::strategy::{LightChoice, Lights};
 use crate::scene::{Geometry, Scene};
+use std::cell::LazyCell;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -86,41 +87,24 @@ impl LightSampler {
         let mut entries = Vec::new();
         let mut weights = Vec::new();
         let mut of_shape = vec![ABSENT; scene.shapes.len()];
-        let mut environment = None;
-        let extended = lights != Lights::None;
-        let radius = bounding_radius(scene);
+        let mut environment: Option<usize> = None;
+        let radius = LazyCell::new(|| bounding_radius(scene));
         for (index, light) in (0u32..).zip(&scene.lights) {
-            let (radiance, kind, flux) = match *light {
-                Light::Point { position, intensity } => (intensity, Kind::Point(position), 4.0 * PI),
-                Light::Spot { position, intensity, beam } => {
-                    (intensity, Kind::Spot(position, beam), beam.solid_angle())
-                }
-                Light::Directional { direction, irradiance } => {
-                    (irradiance, Kind::Directional(-direction), PI * radius * radius)
-                }
-                Light::Area { shape, radiance } if extended => {
-                    match Emitter::new(scene, &scene.shapes[shape as usize].geometry) {
-                        Some((emitter, area)) => (radiance, Kind::Area(emitter), PI * area),
-                        None => continue,
-                    }
-                }
-                Light::Constant { .. } | Light::EnvironmentMap if extended && environment.is_none() => {
-                    environment = Some(entries.len());
-                    let (mean, kind) = match &scene.environment_map {
-                        Some(map) => (map.mean(), Kind::EnvironmentMap(Arc::clone(map))),
-                        None => (constant::environment(scene), Kind::Environment),
-                    };
-                    (mean, kind, (2.0 * PI * radius).powi(2))
-                }
-                _ => continue,
-            };
+            let surrounds = matches!(light, Light::Constant { .. } | Light::EnvironmentMap);
+            let met = matches!(light, Light::Area { .. }) || surrounds;
+            if met && lights == Lights::None || surrounds && environment.is_some() {
+                continue;
+            }
+            let Some((radiance, kind, flux)) = shining(scene, light, || *radius) else { continue };
             let weight = match choice {
                 LightChoice::Uniform => f64::from(u8::from(radiance.max_element() > 0.0)),
                 LightChoice::Power => flux * f64::from(luminance(radiance)),
             };
             if !(weight > 0.0 && weight.is_finite()) {
-                environment = environment.filter(|&e| e != entries.len());
                 continue;
+            }
+            if surrounds {
+                environment = Some(entries.len());
             }
             if let Light::Area { shape, .. } = *light {
                 of_shape[shape as usize] = entries.len() as u32;
@@ -129,7 +113,10 @@ impl LightSampler {
             weights.push(weight);
         }
         let choice = Discrete::new(&weights);
-        let environment_map = scene.environment_map.clone().filter(|_| environment.is_some());
+        let environment_map = environment.and_then(|e| match &entries[e].kind {
+            Kind::EnvironmentMap(map) => Some(Arc::clone(map)),
+            _ => None,
+        });
         let density = if environment_map.is_some() { 1.0 } else { constant::pdf() };
         let environment_pdf = environment.map_or(0.0, |e| density * choice.pmf(e));
         let solid_angle = lights == Lights::SolidAngle;
@@ -210,6 +197,26 @@ impl LightSampler {
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
+}
+
+/// What a light emits, how it is sampled, and the flux of a unit of it. `None`: a shape without area.
+fn shining(scene: &Scene, light: &Light, radius: impl Fn() -> f64) -> Option<(Rgb, Kind, f64)> {
+    Some(match *light {
+        Light::Area { shape, radiance } => {
+            let (emitter, area) = Emitter::new(scene, &scene.shapes[shape as usize].geometry)?;
+            (radiance, Kind::Area(emitter), PI * area)
+        }
+        Light::Point { position, intensity } => (intensity, Kind::Point(position), 4.0 * PI),
+        Light::Spot { position, intensity, beam } => (intensity, Kind::Spot(position, beam), beam.solid_angle()),
+        Light::Directional { direction, irradiance } => {
+            (irradiance, Kind::Directional(-direction), PI * radius().powi(2))
+        }
+        Light::EnvironmentMap => {
+            let map = scene.environment_map.as_ref()?;
+            (map.mean(), Kind::EnvironmentMap(Arc::clone(map)), (2.0 * PI * radius()).powi(2))
+        }
+        Light::Constant { .. } => (constant::environment(scene), Kind::Environment, (2.0 * PI * radius()).powi(2)),
+    })
 }
 
 /// Radius of the sphere around the box around all surfaces.

@@ -10,7 +10,7 @@ use rootn::accel::{Endpoint, Hit, Intersect, NO_PRIMITIVE, Ray, SurfacePoint, le
 use rootn::math::{Vec3, warp};
 use rootn::sampling::Key;
 use rootn::sampling::strategy::{LightChoice, Lights};
-use rootn::scene::light::{LightSample, LightSampler, LightTarget};
+use rootn::scene::light::{Beam, LightSample, LightSampler, LightTarget};
 use rootn::scene::{Geometry, Light, Scene, Shape};
 
 /// Scales of scenes, and how far from the origin they lie in units of it.
@@ -36,9 +36,13 @@ fn lights_around(center: Vec3, s: f32) -> Scene {
     let small = [at(0.6, -0.8, -2.2), v(0.08, 0.01, 0.0), v(0.0, 0.09, 0.02)];
     mesh(&mut scene, &[wide, flat, small]);
     let intensity = Vec3::new(1.0, 2.0, 3.0) * s * s;
-    scene
-        .lights
-        .extend([Light::Point { position: at(1.0, 1.5, 1.0), intensity }, Light::Constant { radiance: Vec3::X }]);
+    let beam = Beam { axis: Vec3::new(-0.6, 0.0, 0.8), cutoff: 1.9, width: 0.7 };
+    scene.lights.extend([
+        Light::Point { position: at(1.0, 1.5, 1.0), intensity },
+        Light::Constant { radiance: Vec3::X },
+        Light::Spot { position: at(0.5, -0.2, -0.6), intensity, beam },
+        Light::Directional { direction: Vec3::new(0.48, -0.6, 0.64), irradiance: Vec3::new(3.0, 2.0, 1.0) },
+    ]);
     scene
 }
 
@@ -98,7 +102,7 @@ fn lights_equal_their_twins() {
             let hit = SurfacePoint { p, p_error, ng, ns: ng, shape, triangle };
             float(sampler.pdf(scene, w.v(0), w.v(3), &hit, triangle))
         };
-        let mut tables = [0; 16];
+        let mut tables = [0; 40];
         (tables[12], tables[13]) = (host.entries.len() as u32, host.environment_pdf.to_bits());
         let addresses: [(usize, &[u32]); 7] = [
             (0, bytemuck::cast_slice(&host.entries)),
@@ -107,7 +111,7 @@ fn lights_equal_their_twins() {
             (6, &host.drawn_triangles[..]),
             (8, &host.drawn_first[..]),
             (10, bytemuck::cast_slice(&host.densities)),
-            (14, bytemuck::cast_slice(&surfaces)),
+            (16, bytemuck::cast_slice(&surfaces)),
         ];
         let program = Program { device: &device, code, tables: &tables, addresses: &addresses };
         let name = |what| format!("{what}, {lights:?}, scale {s}");
