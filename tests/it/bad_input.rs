@@ -201,7 +201,7 @@ const ELEMENTS: [(&str, &str); 88] = [
         "temperature",
     ),
     ("<shape type='cube'><emitter type='spot'/></shape>", "allowed: area"),
-    ("<emitter type='sunsky'/>", "emitter `envmap` is not supported; allowed: area, point, constant"),
+    ("<emitter type='sunsky'/>", "allowed: area, constant, directional, envmap, point, spot"),
     ("<emitter type='constant'/><emitter type='constant'/>", "a second environment"),
     ("<emitter type='point'><point name='position' value='1'/><transform name='to_world'/></emitter>", "give one"),
     ("<emitter type='point'><point name='position' x='1e39' y='0' z='0'/></emitter>", "out of the range"),
