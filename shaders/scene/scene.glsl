@@ -20,11 +20,12 @@ struct Surface {
     uint shape;
     uint front;
     uint back;
-    // SURFACE_SMOOTH, SURFACE_LIGHT.
+    // SURFACE_SMOOTH, SURFACE_LIGHT, SURFACE_UVS.
     uint flags;
 };
 const uint SURFACE_SMOOTH = 1u;
 const uint SURFACE_LIGHT = 2u;
+const uint SURFACE_UVS = 4u;
 
 // What a shape looks like; its emission is on the front side.
 struct Shape {

@@ -4,6 +4,7 @@ pub mod brute;
 pub mod bvh;
 pub mod compact;
 mod few;
+mod parameterization;
 mod primitives;
 mod quadric;
 pub mod simd;
@@ -12,6 +13,7 @@ pub mod surface;
 mod tree;
 mod triangle;
 
+pub use parameterization::{Parameterization, QuadricMap};
 pub use surface::{Endpoint, EndpointLanes, SurfaceLanes, leave, segment};
 
 use crate::math::lanes::bits;

@@ -1,5 +1,6 @@
 //! From a hit to a surface point, and from surface points to the rays that leave them.
 
+use super::parameterization::has_uvs;
 use super::quadric::Quadric;
 use super::simd::Registers;
 use super::{Hit, Hits, NO_PRIMITIVE, Ray, Rays, SurfacePoint};
@@ -110,7 +111,7 @@ pub struct Surface {
     shape: u32,
     front: u32,
     back: u32,
-    /// [`SMOOTH`], [`LIGHT`].
+    /// [`SMOOTH`], [`LIGHT`], [`UVS`].
     flags: u32,
 }
 
@@ -118,6 +119,8 @@ pub struct Surface {
 const SMOOTH: u32 = 1;
 /// It emits.
 const LIGHT: u32 = 2;
+/// Its vertices have texture coordinates.
+const UVS: u32 = 4;
 
 impl Surface {
     pub(super) fn new(scene: &Scene, triangle: u32) -> Self {
@@ -138,7 +141,9 @@ impl Surface {
             shape: triangle.shape,
             front: shape.front,
             back: shape.back,
-            flags: if smooth { SMOOTH } else { 0 } | if shape.light.is_some() { LIGHT } else { 0 },
+            flags: if smooth { SMOOTH } else { 0 }
+                | if shape.light.is_some() { LIGHT } else { 0 }
+                | if has_uvs(scene, shape) { UVS } else { 0 },
         }
     }
 

@@ -11,6 +11,6 @@ pub mod trig;
 pub mod warp;
 
 pub use frame::Frame;
-pub use glam::{Affine3A, Mat4, Vec2, Vec3};
+pub use glam::{Affine3A, Mat3, Mat4, Vec2, Vec3};
 pub use lanes::{LANES, Vec3Lanes};
 pub use rgb::{Rgb, srgb_to_linear};

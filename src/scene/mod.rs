@@ -7,9 +7,10 @@ pub mod format;
 pub mod light;
 pub mod material;
 pub mod shape;
+pub mod texture;
 mod validate;
 
-use crate::math::Vec3;
+use crate::math::{Rgb, Vec2, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -19,6 +20,7 @@ pub use light::{EnvironmentMap, Light};
 pub use material::Material;
 use material::Transmittance;
 pub use shape::{Geometry, Shape};
+pub use texture::Texture;
 
 /// Everything that a renderer needs. Indices are checked once, by [`Scene::validate`].
 #[derive(Clone, Debug, Default)]
@@ -35,6 +37,8 @@ pub struct Scene {
     pub positions: Vec<Vec3>,
     /// Shading normals, one per vertex, in world space, unit length; zero where a mesh has none (then the geometric normal counts).
     pub normals: Vec<Vec3>,
+    /// Texture coordinates, one per vertex; none at all where no shape has any.
+    pub uvs: Vec<Vec2>,
     /// Triangles of all shapes that have some, grouped by shape.
     pub triangles: Vec<Triangle>,
     /// Objects.
@@ -47,6 +51,12 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// What [`Light::EnvironmentMap`] shines with.
     pub environment_map: Option<Arc<EnvironmentMap>>,
+    /// Textures that materials refer to.
+    pub textures: Vec<Texture>,
+    /// Colours of all textures.
+    pub texels: Vec<Rgb>,
+    /// Mesh attributes: for each of them a colour per vertex, or per triangle, of the scene.
+    pub attributes: Vec<Rgb>,
     /// Files that determine the scene (the scene file, includes, meshes), for content hashes.
     pub sources: Vec<PathBuf>,
     /// What was read but has no effect, with its place.

@@ -1,6 +1,6 @@
 //! Shapes: what rays hit and what area lights are made of.
 
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 use std::ops::Range;
 
 /// An object of the scene.
@@ -14,6 +14,9 @@ pub struct Shape {
     pub back: u32,
     /// Area light of this shape, if it emits; index into [`super::Scene::lights`]. Emission is on the front side.
     pub light: Option<u32>,
+    /// Of a sphere, disk or cylinder: where its parameterization has the x, y and z axes of the unit sphere, of the unit disk
+    /// in z = 0, of the cylinder of radius 1 from z = 0 to 1. Not used elsewhere.
+    pub axes: Mat3,
     /// Name for messages: the file's `id`, or plugin and place.
     pub name: String,
 }
@@ -27,6 +30,8 @@ pub enum Geometry {
         range: Range<u32>,
         /// Whether the shading normals of its vertices count.
         smooth: bool,
+        /// Whether its vertices have texture coordinates.
+        uvs: bool,
     },
     /// A parallelogram, intersected as the two triangles `range`. Points: `corner + s·edge_u + t·edge_v`, s, t ∈ \[0, 1\];
     /// its normal is along `edge_u × edge_v`.

@@ -1,7 +1,9 @@
 //! The checks that make a scene safe to trace: every index in range, every number finite and in its range.
 
+use super::format::picture::LARGEST_SIDE;
 use super::material::{Coat, LARGEST_INDEX, ROUGHNESS};
-use super::{Camera, Geometry, Light, Material, Projection, Scene, Triangle};
+use super::texture::Bitmap;
+use super::{Camera, Geometry, Light, Material, Projection, Scene, Texture, Triangle};
 use crate::math::{Rgb, Vec3};
 
 /// Problems listed before the rest is only counted.
@@ -20,6 +22,7 @@ impl Scene {
         self.check_triangles(&mut problems);
         self.check_shapes(&mut problems);
         self.check_materials(&mut problems);
+        self.check_textures(&mut problems);
         self.check_lights(&mut problems);
         problems.finish()
     }
@@ -49,11 +52,15 @@ impl Scene {
             (self.shapes.len(), "shapes"),
             (self.materials.len(), "materials"),
             (self.lights.len(), "lights"),
+            (self.textures.len(), "textures"),
+            (self.texels.len(), "texels"),
+            (self.attributes.len(), "mesh attributes"),
         ];
         for (count, what) in counts {
             problems.unless(count <= largest, || format!("{count} {what}; at most {largest} fit"));
         }
-        let (positions, normals) = (self.positions.len(), self.normals.len());
+        let (positions, normals, uvs) = (self.positions.len(), self.normals.len(), self.uvs.len());
+        problems.unless(uvs == 0 || positions == uvs, || format!("{positions} positions, but {uvs} texture coordinates"));
         problems.unless(positions == normals, || format!("{positions} positions, but {normals} normals"));
         let black = self.materials.first() == Some(&Material::Black);
         problems.unless(black, || "material 0 is not black".into());
@@ -74,6 +81,9 @@ impl Scene {
     fn check_vertices(&self, problems: &mut Problems) {
         for (i, p) in self.positions.iter().enumerate() {
             problems.unless(p.is_finite(), || format!("vertex {i} is not finite: {p}"));
+        }
+        for (i, uv) in self.uvs.iter().enumerate() {
+            problems.unless(uv.is_finite(), || format!("texture coordinate {i} is not finite: {uv}"));
         }
         for (i, n) in self.normals.iter().enumerate() {
             problems.unless(*n == Vec3::ZERO || n.is_normalized(), || format!("normal {i} is not of unit length: {n}"));
@@ -175,6 +185,26 @@ impl Scene {
                 });
             }
         }
+    }
+
+    fn check_textures(&self, problems: &mut Problems) {
+        for (i, texture) in self.textures.iter().enumerate() {
+            let (first, count, all) = match *texture {
+                Texture::Bitmap(Bitmap { first, size: [width, height], .. }) => {
+                    let sizes = 1..=LARGEST_SIDE;
+                    let allowed = sizes.contains(&width) && sizes.contains(&height);
+                    problems.unless(allowed, || format!("texture {i} has {width} × {height} texels"));
+                    (first, width as usize * height as usize, &self.texels)
+                }
+                Texture::Checkerboard { first, .. } => (first, 2, &self.texels),
+                Texture::VertexAttribute { first, .. } => (first, self.positions.len(), &self.attributes),
+                Texture::FaceAttribute { first, .. } => (first, self.triangles.len(), &self.attributes),
+            };
+            let there = first as usize + count <= all.len();
+            problems.unless(there, || format!("texture {i} has {count} colours from {first} on; there are {}", all.len()));
+        }
+        let finite = self.texels.iter().chain(&self.attributes).all(|c| c.is_finite());
+        problems.unless(finite, || "a colour of a texture is not finite".into());
     }
 
     fn check_lights(&self, problems: &mut Problems) {

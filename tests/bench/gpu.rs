@@ -82,7 +82,7 @@ fn add(scene: &mut Scene, geometry: Geometry, radiance: f32) {
     if light.is_some() {
         scene.lights.push(Light::Area { shape, radiance: Vec3::splat(radiance) });
     }
-    scene.shapes.push(Shape { geometry, front: 1, back: 1, light, name: String::new() });
+    scene.shapes.push(Shape { geometry, front: 1, back: 1, light, axes: Default::default(), name: String::new() });
 }
 
 /// A waving ground of 2·side² triangles under a small sun and a sky.
@@ -104,7 +104,7 @@ fn ground(side: u32) -> Scene {
             scene.triangles.push(Triangle { vertices: [a, c, d], shape: 0 });
         }
     }
-    add(&mut scene, Geometry::Mesh { range: 0..2 * side * side, smooth: false }, 0.0);
+    add(&mut scene, Geometry::Mesh { range: 0..2 * side * side, smooth: false, uvs: false }, 0.0);
     add(&mut scene, Geometry::Sphere { center: Vec3::new(2.0, 4.0, 1.0), radius: 0.3, flip: false }, 40.0);
     scene.lights.push(Light::Constant { radiance: Vec3::splat(0.5) });
     scene

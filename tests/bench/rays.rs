@@ -88,12 +88,12 @@ fn dragon() -> Option<Vec<[Vec3; 3]>> {
 
 fn scene(triangles: &[[Vec3; 3]]) -> Scene {
     let n = triangles.len() as u32;
-    let geometry = Geometry::Mesh { range: 0..n, smooth: false };
+    let geometry = Geometry::Mesh { range: 0..n, smooth: false, uvs: false };
     Scene {
         positions: triangles.iter().flatten().copied().collect(),
         normals: vec![Vec3::ZERO; 3 * triangles.len()],
         triangles: (0..n).map(|i| Triangle { vertices: [3 * i, 3 * i + 1, 3 * i + 2], shape: 0 }).collect(),
-        shapes: vec![Shape { geometry, front: 0, back: 0, light: None, name: "bench".into() }],
+        shapes: vec![Shape { geometry, front: 0, back: 0, light: None, axes: Default::default(), name: "bench".into() }],
         ..Scene::default()
     }
 }

@@ -64,7 +64,7 @@ impl Builder {
         if light.is_some() {
             s.lights.push(Light::Area { shape, radiance: Vec3::splat(radiance) });
         }
-        s.shapes.push(Shape { geometry, front, back: 0, light, name: String::new() });
+        s.shapes.push(Shape { geometry, front, back: 0, light, axes: Default::default(), name: String::new() });
         self
     }
 
@@ -91,7 +91,7 @@ impl Builder {
     fn polygon(mut self, corners: &[Vec3], radiance: f32) -> Self {
         let fan: Vec<[Vec3; 3]> = corners[1..].windows(2).map(|w| [corners[0], w[0], w[1]]).collect();
         let range = self.triangles(&fan);
-        self.add(Geometry::Mesh { range, smooth: false }, 0, radiance)
+        self.add(Geometry::Mesh { range, smooth: false, uvs: false }, 0, radiance)
     }
 
     /// An environment map whose y axis is the scene's.

@@ -471,10 +471,11 @@ fn closed_ball(radius: f32, center: Vec3) -> Scene {
         scene.triangles.push(rootn::scene::Triangle { vertices: [first, first + 1, first + 2], shape: 0 });
     }
     scene.shapes.push(rootn::scene::Shape {
-        geometry: Geometry::Mesh { range: 0..triangles.len() as u32, smooth: false },
+        geometry: Geometry::Mesh { range: 0..triangles.len() as u32, smooth: false, uvs: false },
         front: 1,
         back: 1,
         light: None,
+        axes: Default::default(),
         name: "ball".into(),
     });
     scene.camera.origin = center;

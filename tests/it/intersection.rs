@@ -45,12 +45,12 @@ impl Random {
 /// Triangles without shared vertices as one mesh.
 pub(crate) fn scene(triangles: &[[Vec3; 3]]) -> Scene {
     let n = triangles.len() as u32;
-    let geometry = Geometry::Mesh { range: 0..n, smooth: false };
+    let geometry = Geometry::Mesh { range: 0..n, smooth: false, uvs: false };
     Scene {
         positions: triangles.iter().flatten().copied().collect(),
         normals: vec![Vec3::ZERO; 3 * triangles.len()],
         triangles: (0..n).map(|i| Triangle { vertices: [3 * i, 3 * i + 1, 3 * i + 2], shape: 0 }).collect(),
-        shapes: vec![Shape { geometry, front: 0, back: 0, light: None, name: "test".into() }],
+        shapes: vec![Shape { geometry, front: 0, back: 0, light: None, axes: Default::default(), name: "test".into() }],
         ..Scene::default()
     }
 }
@@ -410,7 +410,7 @@ fn hemisphere(r: &mut Random, n: Vec3) -> Vec3 {
 
 /// A shape made of one quadric.
 fn quadric(geometry: Geometry) -> Scene {
-    let shape = Shape { geometry, front: 0, back: 0, light: None, name: "test".into() };
+    let shape = Shape { geometry, front: 0, back: 0, light: None, axes: Default::default(), name: "test".into() };
     Scene { shapes: vec![shape], ..Scene::default() }
 }
 

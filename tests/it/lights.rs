@@ -21,7 +21,7 @@ pub(crate) fn lit(shapes: Vec<Geometry>) -> Scene {
     let mut scene = Scene { materials: vec![Material::Black], ..Scene::default() };
     for geometry in shapes {
         let shape = scene.shapes.len() as u32;
-        scene.shapes.push(Shape { geometry, front: 0, back: 0, light: Some(shape), name: String::new() });
+        scene.shapes.push(Shape { geometry, front: 0, back: 0, light: Some(shape), axes: Default::default(), name: String::new() });
         scene.lights.push(Light::Area { shape, radiance: Vec3::ONE });
     }
     scene
@@ -35,12 +35,13 @@ pub(crate) fn mesh(scene: &mut Scene, triangles: &[[Vec3; 3]]) {
         scene.positions.extend([a, a + eb, a + ec]);
         scene.triangles.push(Triangle { vertices: [v, v + 1, v + 2], shape });
     }
-    let geometry = Geometry::Mesh { range: start..scene.triangles.len() as u32, smooth: false };
+    let geometry = Geometry::Mesh { range: start..scene.triangles.len() as u32, smooth: false, uvs: false };
     scene.shapes.push(Shape {
         geometry,
         front: 0,
         back: 0,
         light: Some(scene.lights.len() as u32),
+        axes: Default::default(),
         name: String::new(),
     });
     scene.lights.push(Light::Area { shape, radiance: Vec3::ONE });

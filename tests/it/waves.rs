@@ -54,10 +54,11 @@ fn soup(r: &mut Random, n: usize) -> Scene {
         positions,
         triangles: (0..n).map(|i| Triangle { vertices: [3 * i, 3 * i + 1, 3 * i + 2], shape: 0 }).collect(),
         shapes: vec![Shape {
-            geometry: Geometry::Mesh { range: 0..n, smooth: false },
+            geometry: Geometry::Mesh { range: 0..n, smooth: false, uvs: false },
             front: 0,
             back: 0,
             light: None,
+            axes: Default::default(),
             name: "soup".into(),
         }],
         ..Scene::default()

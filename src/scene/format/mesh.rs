@@ -1,6 +1,6 @@
 //! What mesh readers hand over, and the vertex normals of meshes that come without.
 
-use crate::math::Vec3;
+use crate::math::{Rgb, Vec2, Vec3};
 use glam::{DAffine3, DVec3};
 
 /// Normals nearer to each other than this are the same: files print six digits.
@@ -13,8 +13,21 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// One per vertex, or none at all. Any length; zero where the file has none for a vertex.
     pub normals: Vec<Vec3>,
+    /// Texture coordinates, one per vertex, or none at all; all finite.
+    pub uvs: Vec<Vec2>,
     /// Indices into `positions`.
     pub triangles: Vec<[u32; 3]>,
+    /// Colours of vertices or triangles, by the names that Mitsuba gives them.
+    pub attributes: Vec<Attribute>,
+}
+
+/// Colours of vertices or triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    /// `vertex_color`, `face_color` …: says what has the colours.
+    pub name: String,
+    /// One per vertex or triangle; grey where the file has one number for each.
+    pub values: Vec<Rgb>,
 }
 
 /// How a shape places its mesh; Mitsuba's properties of the same names.
@@ -26,6 +39,8 @@ pub struct Placement {
     pub face_normals: bool,
     /// Front and back change places.
     pub flip_normals: bool,
+    /// v is turned into 1 − v.
+    pub flip_tex_coords: bool,
 }
 
 impl Mesh {
@@ -34,7 +49,7 @@ impl Mesh {
     /// front is the side they are on, since Mitsuba takes sides by the shading normal: a mirror in `to_world` then does
     /// not turn the mesh inside out. Without normals the winding in world space decides, as in Mitsuba.
     pub fn place(mut self, placement: &Placement) -> Self {
-        let Placement { to_world, face_normals, flip_normals } = *placement;
+        let Placement { to_world, face_normals, flip_normals, flip_tex_coords } = *placement;
         for p in &mut self.positions {
             *p = to_world.transform_point3(p.as_dvec3()).as_vec3();
         }
@@ -51,6 +66,9 @@ impl Mesh {
         }
         if self.is_flat() {
             self.normals.clear();
+        }
+        if flip_tex_coords {
+            self.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
         }
         if flip_normals {
             self.triangles.iter_mut().for_each(|t| t.swap(1, 2));

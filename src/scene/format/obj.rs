@@ -1,15 +1,14 @@
-//! Wavefront OBJ: polygons with positions and normals; everything else is passed over.
+//! Wavefront OBJ: polygons with positions, texture coordinates and normals; everything else is passed over.
 
 use super::mesh::Mesh;
 use super::shorten;
 use crate::error::{Error, Place, Result};
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Statements without effect here: texture coordinates, names, groups, materials, points, lines and display hints.
-const PASSED_OVER: [&str; 20] = [
-    "vt",
+/// Statements without effect here: names, groups, materials, points, lines and display hints.
+const PASSED_OVER: [&str; 19] = [
     "vp",
     "g",
     "o",
@@ -66,9 +65,10 @@ fn logical_lines(bytes: &[u8]) -> impl Iterator<Item = (u32, std::borrow::Cow<'_
 #[derive(Default)]
 struct Reader {
     positions: Vec<Vec3>,
+    uvs: Vec<Vec2>,
     normals: Vec<Vec3>,
-    /// Vertices of the mesh: (position, normal + 1 or 0 for none).
-    vertices: HashMap<(u32, u32), u32>,
+    /// Vertices of the mesh: position; texture coordinates and normal, each + 1 or 0 for none.
+    vertices: HashMap<[u32; 3], u32>,
     mesh: Mesh,
     /// Vertices of the polygon being read.
     polygon: Vec<u32>,
@@ -80,12 +80,13 @@ impl Reader {
         let mut words = text.split_ascii_whitespace();
         match words.next() {
             None => Ok(()),
-            Some("v") => push(&mut self.positions, vector("v", &mut words)?),
-            Some("vn") => push(&mut self.normals, vector("vn", &mut words)?),
+            Some("v") => push(&mut self.positions, numbers("v", &mut words)?.into()),
+            Some("vt") => push(&mut self.uvs, numbers("vt", &mut words)?.into()),
+            Some("vn") => push(&mut self.normals, numbers("vn", &mut words)?.into()),
             Some("f" | "fo") => self.face(words),
             Some(word) if PASSED_OVER.contains(&word) => Ok(()),
             Some(word) => Err(format!(
-                "unknown statement `{}`; known are v, vn, f (polygons) and, without effect, {}",
+                "unknown statement `{}`; known are v, vt, vn, f (polygons) and, without effect, {}",
                 shorten(word),
                 PASSED_OVER.join(", ")
             )),
@@ -98,14 +99,15 @@ impl Reader {
             let mut parts = word.split('/');
             let position = index(parts.next(), self.positions.len(), "vertex", word)?;
             let position = position.ok_or_else(|| format!("`{}` names no vertex", shorten(word)))?;
-            let _texture = parts.next();
+            let uv = index(parts.next(), self.uvs.len(), "texture coordinate", word)?.map_or(0, |t| t + 1);
             let normal = index(parts.next(), self.normals.len(), "normal", word)?.map_or(0, |n| n + 1);
             if parts.next().is_some() {
                 return Err(format!("`{}` has too many parts; allowed: v, v/vt, v//vn, v/vt/vn", shorten(word)));
             }
             let mesh = &mut self.mesh;
-            let vertex = *self.vertices.entry((position, normal)).or_insert_with(|| {
+            let vertex = *self.vertices.entry([position, uv, normal]).or_insert_with(|| {
                 mesh.positions.push(self.positions[position as usize]);
+                mesh.uvs.push(uv.checked_sub(1).map_or(Vec2::ZERO, |t| self.uvs[t as usize]));
                 mesh.normals.push(normal.checked_sub(1).map_or(Vec3::ZERO, |n| self.normals[n as usize]));
                 mesh.positions.len() as u32 - 1
             });
@@ -123,6 +125,9 @@ impl Reader {
         if self.mesh.triangles.is_empty() {
             return Err("the file has no face (`f` statement)".into());
         }
+        if self.uvs.is_empty() {
+            self.mesh.uvs.clear();
+        }
         if self.normals.is_empty() {
             self.mesh.normals.clear();
         }
@@ -131,7 +136,7 @@ impl Reader {
 }
 
 /// Appends, while indices still fit 31 bits.
-fn push(list: &mut Vec<Vec3>, v: Vec3) -> std::result::Result<(), String> {
+fn push<T>(list: &mut Vec<T>, v: T) -> std::result::Result<(), String> {
     if list.len() >= i32::MAX as usize {
         return Err("more than 2³¹ vertices".into());
     }
@@ -139,17 +144,20 @@ fn push(list: &mut Vec<Vec3>, v: Vec3) -> std::result::Result<(), String> {
     Ok(())
 }
 
-/// Three finite numbers; what follows (weight, colour) has no effect.
-fn vector<'a>(statement: &str, words: &mut impl Iterator<Item = &'a str>) -> std::result::Result<Vec3, String> {
-    let mut v = [0f32; 3];
+/// The first `N` finite numbers; what follows (weight, colour, depth) has no effect.
+fn numbers<'a, const N: usize>(
+    statement: &str,
+    words: &mut impl Iterator<Item = &'a str>,
+) -> std::result::Result<[f32; N], String> {
+    let mut v = [0f32; N];
     for x in &mut v {
-        let word = words.next().ok_or_else(|| format!("`{statement}` needs three numbers"))?;
+        let word = words.next().ok_or_else(|| format!("`{statement}` needs {N} numbers"))?;
         *x = word.parse().map_err(|_| format!("`{}` is not a number", shorten(word)))?;
         if !x.is_finite() {
             return Err(format!("`{}` is not a finite number (32 bits)", shorten(word)));
         }
     }
-    Ok(Vec3::from_array(v))
+    Ok(v)
 }
 
 /// An index from 1, or from the end if negative, as an index from 0; `None` where the part is absent or empty.

@@ -1,9 +1,9 @@
-//! Polygon File Format (PLY): ascii and both binary byte orders, any property types and order, polygons.
+//! Polygon File Format (PLY): ascii and both binary byte orders, any property types and order, polygons, colours.
 
-use super::mesh::Mesh;
+use super::mesh::{Attribute, Mesh};
 use super::shorten;
 use crate::error::{Error, Place, Result};
-use crate::math::Vec3;
+use crate::math::{Rgb, Vec2, Vec3};
 use std::path::Path;
 
 /// Reads a PLY file; `file` is its name for messages. Polygons become fans around their first vertex.
@@ -100,6 +100,19 @@ impl Number {
 
     fn is_integer(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)
+    }
+
+    /// What stands for 1 where numbers are colours.
+    fn white(self) -> f32 {
+        match self {
+            Self::I8 => 127.0,
+            Self::U8 => 255.0,
+            Self::I16 => 32_767.0,
+            Self::U16 => 65_535.0,
+            Self::I32 => 2_147_483_647.0,
+            Self::U32 => 4_294_967_295.0,
+            Self::F32 | Self::F64 => 1.0,
+        }
     }
 }
 
@@ -302,18 +315,69 @@ impl Element {
     fn scalar(&self, name: &str) -> Option<usize> {
         self.properties.iter().position(|p| p.name == name && p.length.is_none())
     }
+
+    /// The scalar properties of these names, if all are there.
+    fn columns<const N: usize>(&self, names: [&str; N]) -> Option<[usize; N]> {
+        let mut found = [0; N];
+        for (column, name) in found.iter_mut().zip(names) {
+            *column = self.scalar(name)?;
+        }
+        Some(found)
+    }
+
+    /// The colours among the properties, under the names that Mitsuba gives them: `r`, `g`, `b` (also in full) are
+    /// `color`; `x_r`, `x_g`, `x_b` are `x_color`; `x_x`, `x_y`, `x_z` or `x_x` alone are `x`.
+    fn colors(&self) -> Vec<Colors> {
+        let of = |name: String, columns| Colors { name, columns, values: Vec::new() };
+        let plain = self.columns(["r", "g", "b"]).or_else(|| self.columns(["red", "green", "blue"]));
+        let mut found: Vec<Colors> = plain.map(|c| of(format!("{}_color", self.name), c)).into_iter().collect();
+        for property in self.properties.iter().filter(|p| p.length.is_none()) {
+            let Some((stem, end)) = property.name.rsplit_once('_') else { continue };
+            let named = |ends: [&str; 3]| self.columns(ends.map(|e| format!("{stem}_{e}")).each_ref().map(String::as_str));
+            match end {
+                "r" => found.extend(named(["r", "g", "b"]).map(|c| of(format!("{}_{stem}_color", self.name), c))),
+                "x" => {
+                    let columns = named(["x", "y", "z"]).or_else(|| named(["x", "x", "x"]));
+                    found.extend(columns.map(|c| of(format!("{}_{stem}", self.name), c)));
+                }
+                _ => {}
+            }
+        }
+        found
+    }
+}
+
+/// A mesh attribute while it is read.
+struct Colors {
+    name: String,
+    columns: [usize; 3],
+    values: Vec<Rgb>,
+}
+
+impl Colors {
+    /// Adds the colour of a row, `count` times.
+    fn push(&mut self, element: &Element, row: &[f32], count: usize) -> Parsed<()> {
+        let color = Rgb::from_array(self.columns.map(|i| row[i] / element.properties[i].number.white()));
+        if !color.is_finite() {
+            return Err(format!("a colour of {} is not finite (32 bits)", shorten(&self.name)));
+        }
+        self.values.extend(std::iter::repeat_n(color, count));
+        Ok(())
+    }
+
+    fn finish(all: Vec<Self>) -> impl Iterator<Item = Attribute> {
+        all.into_iter().map(|Self { name, values, .. }| Attribute { name, values })
+    }
 }
 
 fn vertices(cursor: &mut Cursor, element: &Element, mesh: &mut Mesh) -> Parsed<()> {
     if element.rows() > i32::MAX as usize {
         return Err("more than 2³¹ vertices".into());
     }
-    let columns = |names: [&str; 3]| {
-        let found = names.map(|n| element.scalar(n));
-        Some([found[0]?, found[1]?, found[2]?])
-    };
-    let xyz = columns(["x", "y", "z"]).ok_or("element `vertex` lacks a property x, y or z")?;
-    let normal = columns(["nx", "ny", "nz"]);
+    let xyz = element.columns(["x", "y", "z"]).ok_or("element `vertex` lacks a property x, y or z")?;
+    let normal = element.columns(["nx", "ny", "nz"]);
+    let uv = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]].into_iter().find_map(|names| element.columns(names));
+    let mut colors = element.colors();
     let mut values = vec![0f32; element.properties.len()];
     for _ in 0..element.rows() {
         let set = |i: usize, v: f64| {
@@ -323,12 +387,16 @@ fn vertices(cursor: &mut Cursor, element: &Element, mesh: &mut Mesh) -> Parsed<(
         element.row(cursor, set, |_, _| Ok(()))?;
         let p = Vec3::from_array(xyz.map(|i| values[i]));
         let n = normal.map(|n| Vec3::from_array(n.map(|i| values[i])));
-        if !p.is_finite() || n.is_some_and(|n| !n.is_finite()) {
+        let uv = uv.map(|uv| Vec2::from_array(uv.map(|i| values[i])));
+        if !p.is_finite() || n.is_some_and(|n| !n.is_finite()) || uv.is_some_and(|uv| !uv.is_finite()) {
             return Err(format!("vertex {} is not finite (32 bits)", mesh.positions.len()));
         }
         mesh.positions.push(p);
         mesh.normals.extend(n);
+        mesh.uvs.extend(uv);
+        colors.iter_mut().try_for_each(|c| c.push(element, &values, 1))?;
     }
+    mesh.attributes.extend(Colors::finish(colors));
     Ok(())
 }
 
@@ -339,9 +407,15 @@ fn faces(cursor: &mut Cursor, element: &Element, mesh: &mut Mesh) -> Parsed<()> 
     if !element.properties[list].number.is_integer() {
         return Err("vertex indices must have an integer type".into());
     }
+    let mut colors = element.colors();
+    let mut values = vec![0f32; element.properties.len()];
     let mut polygon = Vec::new();
     for row in 0..element.rows() {
         polygon.clear();
+        let set = |i: usize, v: f64| {
+            values[i] = v as f32;
+            Ok(())
+        };
         let push = |i: usize, v: f64| {
             if i == list {
                 if v.fract() != 0.0 || !(0.0..=f64::from(i32::MAX)).contains(&v) {
@@ -351,12 +425,14 @@ fn faces(cursor: &mut Cursor, element: &Element, mesh: &mut Mesh) -> Parsed<()> 
             }
             Ok(())
         };
-        element.row(cursor, |_, _| Ok(()), push)?;
+        element.row(cursor, set, push)?;
         let [first, rest @ ..] = &polygon[..] else { return Err(format!("face {row} has no vertices")) };
         if rest.len() < 2 {
             return Err(format!("face {row} has {} vertices; it needs at least three", rest.len() + 1));
         }
         mesh.triangles.extend(rest.windows(2).map(|w| [*first, w[0], w[1]]));
+        colors.iter_mut().try_for_each(|c| c.push(element, &values, rest.len() - 1))?;
     }
+    mesh.attributes.extend(Colors::finish(colors));
     Ok(())
 }

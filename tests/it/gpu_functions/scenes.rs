@@ -211,7 +211,7 @@ fn quadrics_equal_their_twins() {
         ];
         for geometry in geometries {
             let name = format!("quadric_intersect, {geometry:?}");
-            let shape = Shape { geometry, front: 0, back: 0, light: None, name: String::new() };
+            let shape = Shape { geometry, front: 0, back: 0, light: None, axes: Default::default(), name: String::new() };
             let scene = Scene { shapes: vec![shape], ..Scene::default() };
             let (brute, compact) = (Brute::new(&scene).unwrap(), CompactBvh::new(&scene).unwrap());
             let make = |r: &mut Input| {
@@ -247,7 +247,7 @@ fn surfaces_and_their_rays_equal_their_twins() {
     let r = &mut Input::new(Key([0, 1]), 0);
     let triangles: Vec<[Vec3; 3]> = (0..512).map(|_| [r.sphere(), r.sphere(), r.sphere()]).collect();
     let mut scene = soup(&triangles);
-    scene.shapes[0].geometry = Geometry::Mesh { range: 0..512, smooth: true };
+    scene.shapes[0].geometry = Geometry::Mesh { range: 0..512, smooth: true, uvs: false };
     for (i, [a, b, c]) in triangles.into_iter().enumerate() {
         let n = (b - a).cross(c - a).normalize() * [0.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0][i % 8];
         (0..3).for_each(|k| scene.normals[3 * i + k] = (n + 0.9 * n.length() * r.sphere()).normalize_or_zero());

@@ -2,12 +2,12 @@
 
 use super::super::mesh::{Mesh, Placement};
 use super::super::{obj, ply, read};
-use super::{Builder, Node};
+use super::{Builder, Node, value};
 use crate::error::Result;
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
 use crate::scene::validate::is_sound;
 use crate::scene::{Geometry, Shape, Triangle};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::ops::Range;
 
 /// Relative deviation that counts as rounding where a transform must keep circles round.
@@ -20,20 +20,25 @@ impl Builder {
             to_world: node.transform("to_world")?.unwrap_or_default(),
             face_normals: node.boolean("face_normals")?.unwrap_or(false),
             flip_normals: node.boolean("flip_normals")?.unwrap_or(false),
+            flip_tex_coords: match node.plugin.as_str() {
+                plugin @ ("obj" | "ply") => node.boolean("flip_tex_coords")?.unwrap_or(plugin == "obj"),
+                _ => false,
+            },
         };
         let determinant = place.to_world.matrix3.determinant();
         if determinant == 0.0 || !place.to_world.inverse().is_finite() {
             return Err(node.error("to_world is singular: it flattens the shape"));
         }
-        let geometry = match node.plugin.as_str() {
-            "rectangle" => self.rectangle(&place),
+        let flat = |geometry| (geometry, DMat3::IDENTITY);
+        let (geometry, axes) = match node.plugin.as_str() {
+            "rectangle" => flat(self.rectangle(&place)),
             "disk" => disk(&place),
             "sphere" => sphere(node, &place)?,
             "cylinder" => cylinder(node, &place)?,
-            "cube" => self.mesh(index, cube(), Placement { face_normals: true, ..place }, determinant < 0.0)?,
+            "cube" => flat(self.mesh(index, cube(), Placement { face_normals: true, ..place }, determinant < 0.0)?),
             "obj" | "ply" => {
                 let mesh = self.mesh_file(index)?;
-                self.mesh(index, mesh, place, false)?
+                flat(self.mesh(index, mesh, place, false)?)
             }
             other => {
                 return Err(node.unsupported(other, "rectangle, cube, sphere, disk, cylinder, obj, ply"));
@@ -51,8 +56,8 @@ impl Builder {
         let light = emitter.map(|emitter| self.area_light(emitter)).transpose()?;
         let node = &self.tree.nodes[index];
         let name = node.id.clone().unwrap_or_else(|| format!("{} ({})", node.plugin, node.place));
-        self.scene.shapes.push(Shape { geometry, front, back, light, name });
-        self.finish(index, &["flip_tex_coords", "silhouette_sampling_weight"]);
+        self.scene.shapes.push(Shape { geometry, front, back, light, axes: axes.as_mat3(), name });
+        self.finish(index, &["silhouette_sampling_weight"]);
         Ok(())
     }
 
@@ -100,8 +105,8 @@ impl Builder {
         {
             return Err(node.error("the scene has more than 2³¹ triangles or vertices"));
         }
-        let smooth = !mesh.normals.is_empty();
-        Ok(Geometry::Mesh { range: self.triangles(mesh), smooth })
+        let (smooth, uvs) = (!mesh.normals.is_empty(), !mesh.uvs.is_empty());
+        Ok(Geometry::Mesh { range: self.triangles(mesh), smooth, uvs })
     }
 
     /// Appends vertices and triangles for the shape that comes next.
@@ -112,6 +117,8 @@ impl Builder {
         scene.positions.extend(mesh.positions);
         scene.normals.extend(mesh.normals);
         scene.normals.resize(scene.positions.len(), Vec3::ZERO);
+        scene.uvs.extend(mesh.uvs);
+        scene.uvs.resize(scene.positions.len(), Vec2::ZERO);
         scene.triangles.extend(mesh.triangles.iter().map(|t| Triangle { vertices: t.map(|i| i + base), shape }));
         first..scene.triangles.len() as u32
     }
@@ -121,17 +128,22 @@ impl Builder {
         let point = |x, y| place.to_world.transform_point3(DVec3::new(x, y, 0.0));
         let corner = point(-1.0, -1.0);
         let [u, v] = front_edges(place, point(1.0, -1.0) - corner, point(-1.0, 1.0) - corner);
-        let positions = [corner, corner + u, corner + u + v, corner + v].map(|p| p.as_vec3()).to_vec();
-        let range = self.triangles(Mesh { positions, normals: Vec::new(), triangles: vec![[0, 1, 2], [0, 2, 3]] });
+        let positions = [corner, corner + u, corner + u + v, corner + v];
+        // As in object space, whichever way round the edges are.
+        let inverse = place.to_world.inverse();
+        let uvs = positions.map(|p| ((inverse.transform_point3(p).truncate() + 1.0) / 2.0).round().as_vec2()).to_vec();
+        let positions = positions.map(|p| p.as_vec3()).to_vec();
+        let range = self.triangles(Mesh { positions, uvs, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() });
         Geometry::Rectangle { range, corner: corner.as_vec3(), edge_u: u.as_vec3(), edge_v: v.as_vec3() }
     }
 }
 
 /// The unit disk around the origin, whose front is z > 0.
-fn disk(place: &Placement) -> Geometry {
+fn disk(place: &Placement) -> (Geometry, DMat3) {
     let axes = place.to_world.matrix3;
     let [u, v] = front_edges(place, axes.x_axis, axes.y_axis);
-    Geometry::Disk { center: place.to_world.translation.as_vec3(), u: u.as_vec3(), v: v.as_vec3() }
+    let center = place.to_world.translation.as_vec3();
+    (Geometry::Disk { center, u: u.as_vec3(), v: v.as_vec3() }, axes)
 }
 
 /// The images of the x and y axes, in the order that makes u × v point to the front: along the image of z as a normal.
@@ -140,33 +152,36 @@ fn front_edges(place: &Placement, u: DVec3, v: DVec3) -> [DVec3; 2] {
     if (u.cross(v).dot(normal) < 0.0) != place.flip_normals { [v, u] } else { [u, v] }
 }
 
-fn sphere(node: &Node, place: &Placement) -> Result<Geometry> {
+fn sphere(node: &Node, place: &Placement) -> Result<(Geometry, DMat3)> {
     let axes = place.to_world.matrix3;
     let (x, y, z) = (axes.x_axis, axes.y_axis, axes.z_axis);
     if !(is_round(x, y) && is_round(y, z) && is_round(z, x)) {
         return Err(node.error("to_world makes an ellipsoid; only uniform scales are supported"));
     }
-    let radius = radius(node)? * x.length();
+    let unit_radius = radius(node)?;
+    let radius = (unit_radius * x.length()) as f32;
     let center = place.to_world.transform_point3(node.vector("center")?.unwrap_or_default());
     let flip = (axes.determinant() < 0.0) != place.flip_normals;
-    Ok(Geometry::Sphere { center: center.as_vec3(), radius: radius as f32, flip })
+    Ok((Geometry::Sphere { center: center.as_vec3(), radius, flip }, axes * unit_radius))
 }
 
-fn cylinder(node: &Node, place: &Placement) -> Result<Geometry> {
+fn cylinder(node: &Node, place: &Placement) -> Result<(Geometry, DMat3)> {
     let p0 = node.vector("p0")?.unwrap_or_default();
     let p1 = node.vector("p1")?.unwrap_or(DVec3::Z);
     let along = (p1 - p0).try_normalize().ok_or_else(|| node.error("p0 and p1 coincide"))?;
-    let across = along.any_orthonormal_pair();
+    let across = value::tangents(along);
     let image = |v| place.to_world.transform_vector3(v);
-    let (u, v, axis) = (image(across.0), image(across.1), image(p1 - p0));
+    let (u, v, axis) = (image(across[0]), image(across[1]), image(p1 - p0));
     let upright = |v: DVec3| v.dot(axis).abs() <= ROUND_TOLERANCE * v.length() * axis.length();
     if !(is_round(u, v) && upright(u) && upright(v)) {
         return Err(node.error("to_world makes the cylinder elliptic or oblique; that is not supported"));
     }
     let p0 = place.to_world.transform_point3(p0).as_vec3();
     // Unlike for spheres, a mirror does not turn Mitsuba's cylinders inside out.
-    let (radius, flip) = ((radius(node)? * u.length()) as f32, place.flip_normals);
-    Ok(Geometry::Cylinder { p0, axis: axis.as_vec3(), radius, flip })
+    let (unit_radius, flip) = (radius(node)?, place.flip_normals);
+    let radius = (unit_radius * u.length()) as f32;
+    let axes = DMat3::from_cols(u * unit_radius, v * unit_radius, axis);
+    Ok((Geometry::Cylinder { p0, axis: axis.as_vec3(), radius, flip }, axes))
 }
 
 fn radius(node: &Node) -> Result<f64> {
@@ -182,7 +197,7 @@ fn is_round(a: DVec3, b: DVec3) -> bool {
     (la - lb).abs() <= ROUND_TOLERANCE * la && a.dot(b).abs() <= ROUND_TOLERANCE * la * lb
 }
 
-/// The cube [−1, 1]³; four vertices per side, front outwards.
+/// The cube [−1, 1]³; four vertices per side, front outwards, with Mitsuba's texture coordinates.
 fn cube() -> Mesh {
     let mut mesh = Mesh::default();
     for axis in 0..3 {
@@ -195,6 +210,14 @@ fn cube() -> Mesh {
                 p[(axis + 1) % 3] = s * sign;
                 p[(axis + 2) % 3] = t;
                 mesh.positions.push(p);
+                let [x, y, z] = p.to_array();
+                let uv = match axis {
+                    0 => [y, -sign * z],
+                    1 if sign > 0.0 => [-x, -z],
+                    1 => [z, x],
+                    _ => [sign * y, x],
+                };
+                mesh.uvs.push((Vec2::from(uv) + 1.0) / 2.0);
             }
             mesh.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|i| i + first)));
         }

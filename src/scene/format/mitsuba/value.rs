@@ -182,14 +182,15 @@ pub(super) fn matrix(text: &str) -> Parsed<DAffine3> {
 /// Mitsuba's own choice is taken (Duff et al., JCGT 6(1), 2017).
 pub(super) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Parsed<DAffine3> {
     let z = (target - origin).try_normalize().ok_or("lookat: origin and target coincide")?;
-    let up = if up == DVec3::ZERO { first_tangent(z) } else { up };
+    let up = if up == DVec3::ZERO { tangents(z)[0] } else { up };
     let x = up.cross(z).try_normalize().ok_or("lookat: `up` is along the viewing direction")?;
     Ok(DAffine3::from_mat3_translation(DMat3::from_cols(x, z.cross(x), z), origin))
 }
 
-/// The first tangent of [`crate::math::Frame::new`], in f64.
-fn first_tangent(n: DVec3) -> DVec3 {
+/// The tangents of [`crate::math::Frame::new`], in f64.
+pub(super) fn tangents(n: DVec3) -> [DVec3; 2] {
     let sign = 1f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);
-    DVec3::new(1.0 + sign * n.x * n.x * a, sign * n.x * n.y * a, -sign * n.x)
+    let b = n.x * n.y * a;
+    [DVec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), DVec3::new(b, sign + n.y * n.y * a, -n.y)]
 }
