@@ -14,7 +14,7 @@ mod shaders {
 
     /// Entry points below shaders/, the names of what becomes of them, and macros. Drivers take long for code even where
     /// constants switch it off, so kernels come in variants: `FULL` has the rarer effects.
-    const ENTRIES: [(&str, &str, &[&str]); 16] = [
+    const ENTRIES: [(&str, &str, &[&str]); 17] = [
         ("path.comp", "path", &[]),
         ("path.comp", "path_full", &["FULL"]),
         ("path_query.comp", "path_query", &[]),
@@ -31,6 +31,7 @@ mod shaders {
         ("test/sampling.comp", "test_sampling", &[]),
         ("test/light.comp", "test_light", &["FULL"]),
         ("test/intersection.comp", "test_intersection", &[]),
+        ("test/texture.comp", "test_texture", &[]),
     ];
 
     pub(super) fn compile() {

@@ -56,7 +56,7 @@ Parameterization parameterization_quadric(QuadricMap map, vec3 p) {
         azimuth = atan2(y, x) * TURNS;
         azimuth = azimuth < 0.0 ? azimuth + 1.0 : azimuth;
     }
-    vec3 du = vec3(-y, x, 0.0) * TAU, dv = vec3(0.0, 0.0, 1.0);
+    vec3 around = vec3(-y, x, 0.0) * TAU, du = around, dv = vec3(0.0, 0.0, 1.0);
     vec2 uv = vec2(azimuth, z);
     if (map.kind == QUADRIC_SPHERE) {
         uv.y = atan2(r, z) * (2.0 * TURNS);
@@ -64,7 +64,7 @@ Parameterization parameterization_quadric(QuadricMap map, vec3 p) {
     } else if (map.kind == QUADRIC_DISK) {
         uv = vec2(r, azimuth);
         du = vec3(c, s, 0.0);
-        dv = vec3(-s, c, 0.0);
+        dv = around;
     }
     vec3 dp_du = map.axes[0] * du.x + map.axes[1] * du.y + map.axes[2] * du.z;
     vec3 dp_dv = map.axes[0] * dv.x + map.axes[1] * dv.y + map.axes[2] * dv.z;

@@ -87,8 +87,7 @@ impl QuadricMap {
     }
 
     /// Of the point `p` of the surface. Sphere: azimuth in turns and polar angle in half turns. Disk: radius and azimuth.
-    /// Cylinder: azimuth and height. Azimuths are from 0 to 1, 0 on the axis. As in Mitsuba, `dp_dv` of a disk has unit
-    /// speed on the unit disk.
+    /// Cylinder: azimuth and height. Azimuths are from 0 to 1, 0 on the axis.
     fn at(&self, p: Vec3) -> Parameterization {
         let q = p - Vec3::from(self.origin);
         let [x, y, z] = self.inverse.map(|row| Vec3::from(row).dot(q));
@@ -99,7 +98,7 @@ impl QuadricMap {
         let around = Vec3::new(-y, x, 0.0) * TAU;
         let (uv, du, dv) = match self.kind {
             0 => (Vec2::new(azimuth, atan2(r, z) * (2.0 * TURNS)), around, Vec3::new(z * cos, z * sin, -r) * PI),
-            1 => (Vec2::new(r, azimuth), Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0)),
+            1 => (Vec2::new(r, azimuth), Vec3::new(cos, sin, 0.0), around),
             _ => (Vec2::new(azimuth, z), around, Vec3::Z),
         };
         let [a, b, c] = self.axes.map(Vec3::from);

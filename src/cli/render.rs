@@ -8,6 +8,7 @@ use crate::record::layers;
 use crate::run::{progress_bar, sample};
 use crate::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy};
 use crate::sampling::{Key, Role};
+use crate::scene::format::Options;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -62,6 +63,9 @@ pub(super) struct Settings {
     /// Value of a <default> parameter of the scene file.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parameter)]
     parameters: Vec<(String, String)>,
+    /// Let the scene read files outside its own folder.
+    #[arg(long)]
+    pub(super) allow_outside: bool,
 }
 
 /// A number of edges, or `none`.
@@ -90,7 +94,8 @@ impl Settings {
             }
             _ => return Err(Error::Usage("--width and --height go together".into())),
         };
-        let mut scene = crate::scene::format::load(path, &self.parameters, size)?;
+        let options = Options { parameters: self.parameters.clone(), size, allow_outside: self.allow_outside };
+        let mut scene = crate::scene::format::load(path, &options)?;
         for warning in &scene.warnings {
             eprintln!("rootn: warning: {warning}");
         }

@@ -111,7 +111,8 @@ impl Replay {
             let message = "film, depth, roulette, seed and parameters of an experiment are those of its file";
             return Err(Error::Usage(message.into()));
         }
-        let (experiment, _) = experiment::load::load(&self.file, &[])?;
+        let (mut experiment, _) = experiment::load::load(&self.file, &[])?;
+        experiment.allow_outside = self.settings.allow_outside;
         let scenes: Vec<String> = experiment.scene.iter().map(|s| s.label()).collect();
         let strategies: Vec<(String, Strategy)> = experiment.strategy.iter().map(|s| s.resolve()).collect();
         let names: Vec<String> = strategies.iter().map(|s| s.0.clone()).collect();

@@ -41,6 +41,9 @@ pub(super) struct Settings {
     /// How rays find what they meet on a Vulkan device.
     #[arg(long, value_enum, default_value_t)]
     traversal: Traversal,
+    /// Let scenes read files outside their own folders.
+    #[arg(long)]
+    allow_outside: bool,
     /// No progress and no notes on stderr.
     #[arg(long)]
     quiet: bool,
@@ -54,7 +57,8 @@ impl Settings {
 
     /// Reads an experiment file and plans what it says.
     pub(super) fn plan(&self, path: &Path) -> Result<(Experiment, Plan<'static>)> {
-        let (parsed, text) = experiment::load::load(path, &self.overrides)?;
+        let (mut parsed, text) = experiment::load::load(path, &self.overrides)?;
+        parsed.allow_outside = self.allow_outside;
         let plan = experiment::plan::plan(&parsed, path, text, &self.device, self.traversal)?;
         if !self.quiet {
             plan.devices.iter().for_each(|d| eprintln!("device: {}, because {}", d.name, d.reason));

@@ -35,6 +35,9 @@ pub struct Experiment {
     /// What is kept of the pixels.
     #[serde(default)]
     pub log: Log,
+    /// Whether scenes may read files outside their own folders. Not for the file to say: `--allow-outside`.
+    #[serde(skip)]
+    pub allow_outside: bool,
     /// Pixels [column, row] whose running mean is plotted.
     #[serde(default, deserialize_with = "pairs")]
     pub probes: Vec<[u32; 2]>,

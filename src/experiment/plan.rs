@@ -13,6 +13,7 @@ use crate::record::image::read_exr;
 use crate::run::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
 use crate::sampling::strategy::Preset;
 use crate::scene::Scene;
+use crate::scene::format::Options;
 use crate::stats::Metric;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -149,8 +150,12 @@ fn abstract_scene(
 /// Reads the scene file of an entry (which has one) and applies what the experiment at `path` says of film and depth.
 pub fn read_scene(experiment: &Experiment, entry: &SceneEntry, path: &Path) -> Result<Scene> {
     let file = beside(path, entry.file.as_deref().expect("checked on loading"));
-    let parameters: Vec<_> = entry.parameters.iter().map(|(k, v)| (k.clone(), v.clone())).collect();
-    let mut scene = crate::scene::format::load(&file, &parameters, experiment.film.map(|f| [f.width, f.height]))?;
+    let options = Options {
+        parameters: entry.parameters.iter().map(|(k, v)| (k.clone(), v.clone())).collect(),
+        size: experiment.film.map(|f| [f.width, f.height]),
+        allow_outside: experiment.allow_outside,
+    };
+    let mut scene = crate::scene::format::load(&file, &options)?;
     match experiment.max_depth {
         Some(MaxDepth::Edges(n)) => scene.depth.max = Some(n),
         Some(MaxDepth::Unbounded(_)) => scene.depth.max = None,

@@ -125,7 +125,7 @@ fn balls() -> Scene {
 
 fn cornell(size: [u32; 2]) -> Scene {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/scenes/cornell-box.xml");
-    let mut scene = rootn::scene::format::load(path.as_ref(), &[], Some(size)).unwrap();
+    let mut scene = rootn::scene::format::load(path.as_ref(), &rootn::scene::format::Options::sized(size)).unwrap();
     scene.depth.max = Some(8);
     scene
 }

@@ -7,6 +7,7 @@ use rootn::moments::BATCH;
 use rootn::moments::cell::{CellFolder, Checkpoint, Saving};
 use rootn::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy};
 use rootn::sampling::{Key, Role};
+use rootn::scene::format::{Options, load};
 use std::hint::black_box;
 use std::path::Path;
 use std::sync::Arc;
@@ -55,7 +56,7 @@ fn with_checkpoints(estimator: &CpuEstimator, cell: &Cell, folder: &Path) {
 }
 
 fn report(name: &str, path: &Path, folder: &Path) {
-    let mut scene = rootn::scene::format::load(path, &[], Some([96, 96])).unwrap();
+    let mut scene = load(path, &Options { allow_outside: true, ..Options::sized([96, 96]) }).unwrap();
     scene.depth.max = Some(8);
     let prepared = Arc::new(PreparedScene::new(scene).unwrap());
     let roulette = Some(Roulette::Never(NoRoulette::None));

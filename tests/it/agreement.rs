@@ -24,6 +24,7 @@ use rootn::sampling::dimension::{Decision, group};
 use rootn::sampling::rng::{Key, Role, unit_f32};
 use rootn::sampling::strategy::{Lights, Preset};
 use rootn::sampling::{Draw, Sequence};
+use rootn::scene::format::{Options, load};
 use rootn::scene::light::{emitted, environment};
 use rootn::scene::{Filter, Geometry, Material, Scene};
 use rootn::stats::interval::{median, student_t};
@@ -95,7 +96,7 @@ impl Reference {
         let number = |key: &str| json[key].as_u64().unwrap_or_else(|| panic!("{}: no `{key}`", case.name));
         let size = [number("width") as u32, number("height") as u32];
         let file = shared.join("scenes").join(case.scene);
-        let mut scene = rootn::scene::format::load(&file, &[], Some(size)).unwrap();
+        let mut scene = load(&file, &Options { allow_outside: true, ..Options::sized(size) }).unwrap();
         assert_eq!(json["filter"], "box");
         scene.film.filter = Filter::Box;
         scene.depth.max = Some(number("max_depth") as u32);

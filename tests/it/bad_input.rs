@@ -3,6 +3,7 @@
 
 use crate::support;
 use rootn::Error;
+use rootn::scene::format::Options;
 use rootn::scene::format::mitsuba::{load, parse_str};
 use rootn::scene::format::{obj, ply};
 use std::path::Path;
@@ -58,7 +59,7 @@ fn check(what: &str, error: Option<Error>, file: &str, with_line: bool) -> Strin
 }
 
 fn xml(text: &str) -> Option<Error> {
-    refused(text, || parse_str(text, Path::new("scene.xml"), &[], None))
+    refused(text, || parse_str(text, Path::new("scene.xml"), &Options::default()))
 }
 
 /// What is put into the scene, and a part of the message that must come.
@@ -308,15 +309,15 @@ fn broken_includes_name_the_place() {
         ("mesh.xml", "mesh.obj", "vertex 2 does not exist"),
     ] {
         let path = folder.path().join(file);
-        let error = refused(file, || load(&path, &[], None));
+        let error = refused(file, || load(&path, &Options::default()));
         let at = if at.is_empty() { "broad9.xml" } else { at };
         let message = check(file, error, at, true);
         assert!(message.contains(expected), "{message}");
     }
-    let missing = refused("missing", || load(&folder.path().join("missing.xml"), &[], None)).unwrap();
+    let missing = refused("missing", || load(&folder.path().join("missing.xml"), &Options::default())).unwrap();
     assert!(missing.exit_code() == 4 && missing.to_string().contains("missing.xml"), "{missing}");
-    assert!(refused("folder", || load(folder.path(), &[], None)).unwrap().to_string().contains("directory"));
-    let other = rootn::scene::format::load(Path::new("scene.gltf"), &[], None).unwrap_err().to_string();
+    assert!(refused("folder", || load(folder.path(), &Options::default())).unwrap().to_string().contains("directory"));
+    let other = rootn::scene::format::load(Path::new("scene.gltf"), &Options::default()).unwrap_err().to_string();
     assert!(other.contains("allowed: .xml"), "{other}");
 }
 
@@ -328,16 +329,18 @@ fn obj_error(bytes: &[u8]) -> Option<Error> {
 fn broken_obj_files_name_the_line() {
     assert!(obj_error(OBJ.as_bytes()).is_none());
     for (statement, expected) in [
-        ("v", "three numbers"),
-        ("v 1 2", "three numbers"),
+        ("v", "needs 3 numbers"),
+        ("v 1 2", "needs 3 numbers"),
         ("v 1 2 x", "`x` is not a number"),
         ("v 1 2 nan", "not a finite"),
         ("v 1 inf 2", "not a finite"),
         ("v 1e39 0 0", "not a finite"),
         ("v 1,0 0 0", "is not a number"),
         ("v \u{ff11} 0 0", "is not a number"),
-        ("vn 0 0", "three numbers"),
+        ("vn 0 0", "needs 3 numbers"),
         ("vn 0 0 -nan", "not a finite"),
+        ("vt 0", "needs 2 numbers"),
+        ("vt 0 inf", "not a finite"),
         ("f", "without vertices"),
         ("f 1", "at least three"),
         ("f 1 2", "at least three"),
@@ -347,6 +350,7 @@ fn broken_obj_files_name_the_line() {
         ("f 1 2 99999999999999999999", "not a face vertex"),
         ("f 1 2 9223372036854775807", "does not exist"),
         ("f 1 2 -9223372036854775808", "does not exist"),
+        ("f 1/2 2/1 3/1", "texture coordinate 2 does not exist"),
         ("f 1//2 2//1 3//1", "normal 2 does not exist"),
         ("f 1//0 2//1 3//1", "normal 0 does not exist"),
         ("f 1//x 2//1 3//1", "not a face vertex"),

@@ -149,7 +149,7 @@ fn shuffled(n: usize, random: &mut Random) -> Vec<usize> {
 #[test]
 fn the_order_of_pixels_leaves_no_trace() {
     let mut random = Random::new("order of pixels");
-    let scene = rootn::scene::format::load(&cornell(), &[], Some([7, 5])).unwrap();
+    let scene = rootn::scene::format::load(&cornell(), &rootn::scene::format::Options::sized([7, 5])).unwrap();
     let prepared = Arc::new(PreparedScene::new(scene).unwrap());
     let cell = Cell { key: Key([7, 8]), length: 150 };
     for preset in [Preset::Mis, Preset::Stratified, Preset::Sobol] {
@@ -178,7 +178,7 @@ fn the_order_of_pixels_leaves_no_trace() {
 
 #[test]
 fn continued_estimates_have_the_bits_of_whole_ones() {
-    let scene = rootn::scene::format::load(&cornell(), &[], Some([6, 6])).unwrap();
+    let scene = rootn::scene::format::load(&cornell(), &rootn::scene::format::Options::sized([6, 6])).unwrap();
     let prepared = Arc::new(PreparedScene::new(scene).unwrap());
     let cell = Cell { key: Key([3, 9]), length: 200 };
     let mut estimators: Vec<Box<dyn Estimator>> = vec![

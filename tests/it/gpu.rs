@@ -20,7 +20,7 @@ use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, Stop, po
 use rootn::sampling::strategy::{Directions, Heuristic, LightChoice, Lights, NoRoulette, Preset, Roulette, Technique};
 use rootn::sampling::{Key, Sequence, Strategy};
 use rootn::scene::light::Beam;
-use rootn::scene::{Effects, Geometry, Light, Material, Projection, Scene};
+use rootn::scene::{Effects, Geometry, Light, Material, Projection, Scene, format};
 use rootn::stats::Metric;
 use std::path::Path;
 use std::sync::Arc;
@@ -39,7 +39,7 @@ const FLIPS: f64 = 1e-3;
 const TRAVERSALS: [Traversal; 3] = [Traversal::Compute, Traversal::RayQuery, Traversal::RayPipeline];
 
 fn load(path: &Path, size: u32) -> Scene {
-    rootn::scene::format::load(path, &[], Some([size, size])).unwrap()
+    format::load(path, &format::Options::sized([size, size])).unwrap()
 }
 
 fn cell(run: u32, length: u64) -> Cell {
@@ -286,7 +286,7 @@ fn all_lights() -> Scene {
     );
     let path = folder.path().join("all.xml");
     std::fs::write(&path, text).unwrap();
-    rootn::scene::format::load(&path, &[], None).unwrap()
+    format::load(&path, &format::Options::default()).unwrap()
 }
 
 fn tree(estimate: &Estimate) -> &[u8] {

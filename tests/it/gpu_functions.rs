@@ -9,6 +9,7 @@
 
 mod maps_and_cameras;
 mod scenes;
+mod textures;
 mod twins;
 
 use self::twins::{Answer, Case, Input, Program, Step, Words, decided, float, of, vector};

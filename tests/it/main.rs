@@ -34,5 +34,7 @@ mod spherical;
 mod statistics;
 mod stats;
 mod support;
+mod texture_reader;
+mod textures;
 mod warps;
 mod waves;

@@ -8,6 +8,7 @@ use rootn::math::{Rgb, Vec3};
 use rootn::sampling::Key;
 use rootn::sampling::strategy::{Directions, Preset};
 use rootn::scene::Material;
+use rootn::scene::format::{Options, load};
 use rootn::scene::material::Scattered;
 use std::sync::Arc;
 
@@ -113,7 +114,7 @@ fn lossless_things_vanish_in_white_light() {
                 <emitter type="constant"/><shape type="{name}">{shape}{bsdf}</shape></scene>"#
             );
             std::fs::write(&file, scene).unwrap();
-            let scene = rootn::scene::format::load(&file, &[], Some([16, 16])).unwrap();
+            let scene = load(&file, &Options::sized([16, 16])).unwrap();
             assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
             let prepared = Arc::new(PreparedScene::new(scene).unwrap());
             let strategy = Preset::Mis.strategy();

@@ -12,7 +12,7 @@ use rootn::estimator::integrand::Integrand;
 use rootn::record::{ClaimResult, Verdict};
 use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, powers_of_two, run};
 use rootn::sampling::strategy::Preset;
-use rootn::scene::format::load;
+use rootn::scene::format;
 use rootn::stats::Metric;
 use std::fmt::Write;
 use std::path::Path;
@@ -46,7 +46,7 @@ enum Truth {
 /// An experiment's scene on a small film.
 fn scene(file: &str, size: u32, depth: u32, roulette: u32) -> Arc<PreparedScene> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/scenes").join(file);
-    let mut scene = load(&path, &[], Some([size; 2])).unwrap();
+    let mut scene = format::load(&path, &format::Options::sized([size; 2])).unwrap();
     scene.depth.max = Some(depth);
     scene.depth.roulette = roulette;
     Arc::new(PreparedScene::new(scene).unwrap())

@@ -1,10 +1,10 @@
 //! The scene reader: what it accepts and what it makes of it. Figures marked so come from Mitsuba 3.9.1 (scalar_rgb).
 
 use crate::support;
-use rootn::math::{Rgb, Vec3};
+use rootn::math::{Rgb, Vec2, Vec3};
 use rootn::scene::format::mitsuba::parse_str;
 use rootn::scene::format::spectrum::{Role, Spectrum};
-use rootn::scene::format::{load, obj, ply};
+use rootn::scene::format::{Options, load, obj, ply};
 use rootn::scene::{Depth, Filter, Geometry, Light, Material, Scene};
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,12 @@ fn scene(content: &str) -> Scene {
 
 /// A scene of this content alone.
 fn read(content: &str) -> rootn::Result<Scene> {
-    parse_str(&format!("<scene version='3.0.0'>{content}</scene>"), Path::new("scene.xml"), &[], None)
+    parse_str(&format!("<scene version='3.0.0'>{content}</scene>"), Path::new("scene.xml"), &Options::default())
+}
+
+/// Files may be anywhere.
+fn outside() -> Options {
+    Options { allow_outside: true, ..Options::default() }
 }
 
 /// The error's text.
@@ -59,7 +64,7 @@ fn shared_scenes_load_or_say_why() {
     let mut loaded = 0;
     for file in xml_files(&folder) {
         let name = file.strip_prefix(&folder).unwrap().display().to_string();
-        match load(&file, &[], None) {
+        match load(&file, &outside()) {
             Ok(scene) => {
                 loaded += 1;
                 println!("{name}: {:?}, {} warnings", counts(&scene), scene.warnings.len());
@@ -88,11 +93,11 @@ fn reference_scenes_have_the_expected_counts() {
         ("mitsuba-cbox/cbox-spectral.xml", [8, 38, 6, 1]),
     ];
     for (file, expected) in expected {
-        let scene = load(&folder.join(file), &[], None).unwrap();
+        let scene = load(&folder.join(file), &outside()).unwrap();
         assert_eq!(counts(&scene), expected, "{file}");
         assert_eq!(scene.warnings, Vec::<String>::new(), "{file}");
     }
-    let box_ = load(&folder.join("mitsuba-cbox/cbox-spectral.xml"), &[], None).unwrap();
+    let box_ = load(&folder.join("mitsuba-cbox/cbox-spectral.xml"), &Options::default()).unwrap();
     assert_eq!(box_.sources.len(), 4 + 8);
     assert_eq!((box_.camera.near, box_.camera.far), (10.0, 2800.0));
 }
@@ -101,7 +106,7 @@ fn reference_scenes_have_the_expected_counts() {
 #[test]
 fn spectra_agree_with_mitsuba() {
     let Some(folder) = support::shared("scenes") else { return };
-    let scene = load(&folder.join("mitsuba-cbox/cbox-spectral.xml"), &[], None).unwrap();
+    let scene = load(&folder.join("mitsuba-cbox/cbox-spectral.xml"), &Options::default()).unwrap();
     let by_name = |part: &str| {
         let index = (0..scene.shapes.len()).find(|&i| scene.shapes[i].name.contains(part)).unwrap();
         scene.materials[scene.shapes[index].front as usize]
@@ -391,7 +396,7 @@ fn mesh_fronts_agree_with_mitsuba() {
                      <boolean name='face_normals' value='{face_normals}'/><boolean name='flip_normals' value='{flip}'/>
                      <transform name='to_world'>{transform}</transform></shape></scene>"
                 );
-                let scene = parse_str(&text, &folder.path().join("scene.xml"), &[], None).unwrap();
+                let scene = parse_str(&text, &folder.path().join("scene.xml"), &Options::default()).unwrap();
                 let [a, b, c] = scene.corners(&scene.triangles[0]);
                 assert_eq!((b - a).cross(c - a).z, front * sign, "{text}");
                 // One facet: its vertex normals say nothing new.
@@ -414,7 +419,7 @@ fn vertex_normals_agree_with_mitsuba() {
          <transform name='to_world'><scale x='1' y='2' z='0.5'/><rotate y='1' angle='40'/></transform></shape></scene>"
     );
     let place = folder.path().join("scene.xml");
-    let scene = parse_str(&text, &place, &[], None).unwrap();
+    let scene = parse_str(&text, &place, &Options::default()).unwrap();
     let triangles: Vec<_> = scene.triangles.iter().map(|t| t.vertices).collect();
     assert_eq!(triangles, [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [4, 3, 1], [4, 1, 0]]);
     let positions = [
@@ -437,7 +442,7 @@ fn vertex_normals_agree_with_mitsuba() {
     }
     let mesh = "v 0 0 0\nv 2 0 0\nv 2 1 0.3\nvn 0 0 1\nvn 1 0 1\nvn 0 -1 2\nf 1//1 2//2 3//3\n";
     std::fs::write(folder.path().join("mesh.obj"), mesh).unwrap();
-    let scene = parse_str(&text, &place, &[], None).unwrap();
+    let scene = parse_str(&text, &place, &Options::default()).unwrap();
     let normals =
         [[0.642_787_6, 0.0, 0.766_044_4], [0.917_512_2, 0.0, 0.397_707_6], [0.637_823_9, -0.124_034_7, 0.760_128_9]];
     for (found, expected) in scene.normals.iter().zip(normals) {
@@ -537,7 +542,7 @@ fn parameters_are_put_in() {
     );
     let read = |parameters: &[(&str, &str)]| {
         let owned: Vec<_> = parameters.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect();
-        parse_str(&text, Path::new("scene.xml"), &owned, None)
+        parse_str(&text, Path::new("scene.xml"), &Options { parameters: owned, ..Options::default() })
     };
     let radius = |scene: &Scene| match scene.shapes[0].geometry {
         Geometry::Sphere { radius, .. } => radius,
@@ -580,7 +585,7 @@ fn includes_aliases_and_search_paths() {
     );
     write("scene.xml", &format!("<scene version='3.0.0'><default name='v' value='0.3'/><path value='far'/>
         <path value='far/away'/><include filename='parts/all.xml'/><alias id='grey' as='other'/>{SENSOR}{LIGHT}</scene>"));
-    let scene = load(&folder.path().join("scene.xml"), &[], None).unwrap();
+    let scene = load(&folder.path().join("scene.xml"), &Options::default()).unwrap();
     assert_eq!(counts(&scene), [1, 1, 2, 1]);
     assert_eq!(scene.materials[1], Material::Diffuse { reflectance: Rgb::splat(0.3) });
     assert_eq!(scene.normals[0], Vec3::ZERO);
@@ -597,7 +602,7 @@ fn old_spellings_are_upgraded() {
         <transform name='toWorld'><lookAt origin='0,0,5' target='0,0,0' up='0,1,0'/></transform></sensor>
         <shape type='sphere'><bsdf type='diffuse'><srgb name='diffuseReflectance' value='1 0.5 0'/></bsdf>
         <boolean name='flipNormals' value='true'/></shape><emitter type='constant'/></scene>";
-    let scene = parse_str(text, Path::new("scene.xml"), &[], None).unwrap();
+    let scene = parse_str(text, Path::new("scene.xml"), &Options::default()).unwrap();
     assert_eq!(scene.depth, Depth { max: Some(3), roulette: 4 });
     assert_eq!(scene.camera.origin, Vec3::new(0.0, 0.0, 5.0));
     assert!(matches!(scene.shapes[0].geometry, Geometry::Sphere { flip: true, .. }));
@@ -605,7 +610,7 @@ fn old_spellings_are_upgraded() {
     assert!(close(reflectance, Rgb::new(1.0, 0.214_041_14, 0.0), 1e-6), "{reflectance}");
     assert_eq!(scene.warnings, Vec::<String>::new());
     // In a file of version 3 the old names are unknown.
-    let scene = parse_str(&text.replace("0.6.0", "3.0.0"), Path::new("scene.xml"), &[], None).unwrap();
+    let scene = parse_str(&text.replace("0.6.0", "3.0.0"), Path::new("scene.xml"), &Options::default()).unwrap();
     assert_eq!(scene.warnings.len(), 6, "{:?}", scene.warnings);
 }
 
@@ -634,12 +639,13 @@ fn what_has_no_effect_is_told() {
 #[test]
 fn obj_in_all_its_forms() {
     let text = "# comment \\\n mtllib x.mtl\r\n\to name with \u{fc}\nv 0 0 0 1.0\r\nv\t1 0 0 0.5 0.5 0.5\n  v 1 1 0\nv 0 1 \\\n 0\n\
-        vt 0 0\nvn 0 0 2\nvn 0 1 0\ng a b\nusemtl #1\ns off\nf 1 2 3 4\nf 1/1 2/1 3/1\nf 1//1 2//1 3//1 # quad\n\
+        vt 0.5 2 9\nvn 0 0 2\nvn 0 1 0\ng a b\nusemtl #1\ns off\nf 1 2 3 4\nf 1/1 2/1 3/1\nf 1//1 2//1 3//1 # quad\n\
         f -4/1/1 -3/-1/-2 -2/1/2\nf 1//1 2//1 \\\n3//2\nv 9 9 9";
     let mesh = obj::parse(text.as_bytes(), Path::new("m.obj")).unwrap();
-    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 2], [4, 5, 6], [4, 5, 7], [4, 5, 7]]);
-    assert_eq!((mesh.positions.len(), mesh.positions[3]), (8, Vec3::new(0.0, 1.0, 0.0)));
-    assert_eq!((mesh.normals[0], mesh.normals[4], mesh.normals[7]), (Vec3::ZERO, Vec3::Z * 2.0, Vec3::Y));
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [4, 5, 6], [7, 8, 9], [10, 11, 12], [7, 8, 13]]);
+    assert_eq!((mesh.positions.len(), mesh.positions[3]), (14, Vec3::new(0.0, 1.0, 0.0)));
+    assert_eq!((mesh.normals[0], mesh.normals[7], mesh.normals[13]), (Vec3::ZERO, Vec3::Z * 2.0, Vec3::Y));
+    assert_eq!((mesh.uvs.len(), mesh.uvs[3], mesh.uvs[4]), (14, Vec2::ZERO, Vec2::new(0.5, 2.0)));
     let latin = obj::parse(b"o \xff\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", Path::new("m.obj")).unwrap();
     assert_eq!((latin.triangles.len(), latin.normals.len()), (1, 0));
 }

@@ -10,6 +10,7 @@ use rootn::estimator::{Cell, Estimator, estimate_by_samples};
 use rootn::math::{LANES, Vec3, Vec3Lanes};
 use rootn::sampling::strategy::{Heuristic, LightChoice, Lights, Preset, Roulette, Strategy};
 use rootn::sampling::{Key, Role};
+use rootn::scene::format::{Options, load};
 use rootn::scene::light::{LightSampler, LightSamples, LightTarget};
 use rootn::scene::{Geometry, Scene, Shape, Triangle};
 use rootn::transport::NoSink;
@@ -138,7 +139,7 @@ pub(crate) fn scenes() -> Vec<PathBuf> {
 fn surfaces_equal_those_of_rays(registers: impl Registers) {
     let r = &mut Random(2);
     for path in scenes() {
-        let scene = rootn::scene::format::load(&path, &[], Some([7, 5])).unwrap();
+        let scene = load(&path, &Options { allow_outside: true, ..Options::sized([7, 5]) }).unwrap();
         let bvh = Bvh::new(&scene).unwrap();
         let mut seen = 0;
         for _ in 0..100 {
@@ -182,7 +183,7 @@ fn surfaces_of_packets_are_those_of_rays() {
 fn light_samples_of_packets_are_those_of_points() {
     let r = &mut Random(3);
     for path in scenes() {
-        let scene = rootn::scene::format::load(&path, &[], Some([7, 5])).unwrap();
+        let scene = load(&path, &Options { allow_outside: true, ..Options::sized([7, 5]) }).unwrap();
         for lights in [Lights::Area, Lights::SolidAngle] {
             let sampler = LightSampler::new(&scene, lights, LightChoice::Power);
             let mut seen = 0;
@@ -215,7 +216,7 @@ fn light_samples_of_packets_are_those_of_points() {
 #[test]
 fn samples_do_not_depend_on_their_wave() {
     for path in scenes() {
-        let scene = rootn::scene::format::load(&path, &[], Some([7, 5])).unwrap();
+        let scene = load(&path, &Options { allow_outside: true, ..Options::sized([7, 5]) }).unwrap();
         let prepared = Arc::new(PreparedScene::new(scene).unwrap());
         let more = [
             Strategy { lights: Lights::SolidAngle, ..Preset::Mis.strategy() },

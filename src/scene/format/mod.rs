@@ -19,15 +19,34 @@ const LARGEST_FILE: u64 = 2 << 30;
 /// Longest piece of input that a message repeats, in characters.
 const LONGEST_QUOTE: usize = 40;
 
-/// Reads a scene and checks it. `parameters` are (name, value) pairs for `$name` in Mitsuba XML; `size` (width, height)
-/// replaces the film's, crop window included, with the field of view as the file defines it for that aspect.
+/// How a scene is read.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Pairs (name, value) for `$name` in Mitsuba XML.
+    pub parameters: Vec<(String, String)>,
+    /// Width and height that replace the film's, crop window included, with the field of view as the file defines it for
+    /// that aspect.
+    pub size: Option<[u32; 2]>,
+    /// Files outside the scene file's folder are read too. A scene may come from anyone, and what is in a file that cannot be
+    /// read ends up in messages.
+    pub allow_outside: bool,
+}
+
+impl Options {
+    /// A film of this width and height.
+    pub fn sized(size: [u32; 2]) -> Self {
+        Self { size: Some(size), ..Self::default() }
+    }
+}
+
+/// Reads a scene and checks it.
 ///
 /// # Errors
 /// [`Error::Input`] with file, line, what was found and what is allowed; [`Error::Io`] where the file cannot be read.
-pub fn load(path: &Path, parameters: &[(String, String)], size: Option<[u32; 2]>) -> Result<Scene> {
+pub fn load(path: &Path, options: &Options) -> Result<Scene> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
-        "xml" => mitsuba::load(path, parameters, size),
+        "xml" => mitsuba::load(path, options),
         _ => Err(Error::input(
             Place::file(path),
             format!("unknown scene format (extension `{extension}`); allowed: .xml (Mitsuba 3)"),

@@ -7,33 +7,44 @@ mod light;
 mod reader;
 mod shape;
 mod surface;
+mod texture;
 mod tree;
 mod value;
 
+use super::Options;
 use crate::error::{Error, Place, Result};
 use crate::scene::{Depth, Scene};
 use std::collections::HashMap;
 use std::path::Path;
+use texture::Textures;
 use tree::{Node, Tree};
 
 /// Reads a scene and checks it; see [`super::load`].
 ///
 /// # Errors
 /// [`Error::Input`] with file, line, what was found and what is allowed; [`Error::Io`] where a file cannot be read.
-pub fn load(path: &Path, parameters: &[(String, String)], size: Option<[u32; 2]>) -> Result<Scene> {
-    parse_str(&reader::text(super::read(path)?, path)?, path, parameters, size)
+pub fn load(path: &Path, options: &Options) -> Result<Scene> {
+    parse_str(&reader::text(super::read(path)?, path)?, path, options)
 }
 
 /// [`load`] from text. `path` names the text in messages; relative file names are looked up beside it.
 ///
 /// # Errors
 /// As [`load`].
-pub fn parse_str(text: &str, path: &Path, parameters: &[(String, String)], size: Option<[u32; 2]>) -> Result<Scene> {
-    let tree = reader::read(text, path, parameters)?;
+pub fn parse_str(text: &str, path: &Path, options: &Options) -> Result<Scene> {
+    let tree = reader::read(text, path, options)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let scene = Scene { name, materials: vec![crate::scene::Material::Black], ..Default::default() };
-    let mut builder = Builder { tree, scene, size, surfaces: HashMap::new(), default_surface: None };
+    let mut builder = Builder {
+        tree,
+        scene,
+        size: options.size,
+        surfaces: HashMap::new(),
+        default_surface: None,
+        textures: Textures::default(),
+    };
     builder.scene()?;
+    builder.finish_textures()?;
     let Builder { tree, mut scene, .. } = builder;
     scene.sources = tree.sources;
     scene.warnings.splice(0..0, tree.warnings);
@@ -55,6 +66,7 @@ struct Builder {
     surfaces: HashMap<usize, [u32; 2]>,
     /// Material of shapes without BSDF.
     default_surface: Option<u32>,
+    textures: Textures,
 }
 
 impl Builder {

@@ -1,6 +1,6 @@
 //! From XML text to [`Tree`].
 
-use super::super::shorten;
+use super::super::{Options, shorten};
 use super::super::spectrum::Spectrum;
 use super::attribute::{Attributes, File, Parameter};
 use super::tree::{Child, Node, Property, Target, Tree};
@@ -57,13 +57,19 @@ const OTHERS: [&str; 15] = [
 ];
 
 /// Reads a scene from XML text; `path` is its name for messages and the base of relative file names.
-pub(super) fn read(text: &str, path: &Path, parameters: &[(String, String)]) -> Result<Tree> {
-    let parameters = parameters
+pub(super) fn read(text: &str, path: &Path, options: &Options) -> Result<Tree> {
+    let parameters = options
+        .parameters
         .iter()
         .map(|(name, value)| Parameter { name: name.clone(), value: value.clone(), known: false })
         .collect();
     let mut reader = Reader { tree: Tree::default(), parameters, open: Vec::new(), includes: 0 };
-    reader.tree.directories.push(path.parent().unwrap_or(Path::new("")).to_owned());
+    let folder = path.parent().unwrap_or(Path::new(""));
+    reader.tree.directories.push(folder.to_owned());
+    if !options.allow_outside {
+        // The folder itself is named where files in it are not found.
+        reader.tree.inside = Path::new(".").join(folder).canonicalize().ok();
+    }
     reader.file(text, path, None)?;
     if let Some(unknown) = reader.parameters.iter().find(|p| !p.known) {
         let known: Vec<_> = reader.parameters.iter().filter(|p| p.known).map(|p| p.name.as_str()).collect();

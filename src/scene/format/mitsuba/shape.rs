@@ -30,6 +30,7 @@ impl Builder {
             return Err(node.error("to_world is singular: it flattens the shape"));
         }
         let flat = |geometry| (geometry, DMat3::IDENTITY);
+        let mut attributes = Vec::new();
         let (geometry, axes) = match node.plugin.as_str() {
             "rectangle" => flat(self.rectangle(&place)),
             "disk" => disk(&place),
@@ -38,6 +39,7 @@ impl Builder {
             "cube" => flat(self.mesh(index, cube(), Placement { face_normals: true, ..place }, determinant < 0.0)?),
             "obj" | "ply" => {
                 let mesh = self.mesh_file(index)?;
+                attributes.extend(mesh.attributes.iter().map(|a| a.name.clone()));
                 flat(self.mesh(index, mesh, place, false)?)
             }
             other => {
@@ -49,6 +51,9 @@ impl Builder {
             return Err(self.tree.nodes[index].error(message));
         }
         let (surface, emitter) = self.attachments(index)?;
+        if let Some(surface) = surface {
+            self.check_attributes(index, surface, &attributes)?;
+        }
         let [front, back] = match surface {
             Some(surface) => self.surface(surface)?,
             None => self.default_surface(emitter.is_some()),
@@ -111,8 +116,9 @@ impl Builder {
 
     /// Appends vertices and triangles for the shape that comes next.
     fn triangles(&mut self, mesh: Mesh) -> Range<u32> {
+        let (first, base) = (self.scene.triangles.len() as u32, self.scene.positions.len() as u32);
+        self.keep_attributes(mesh.attributes, base, first);
         let scene = &mut self.scene;
-        let (first, base) = (scene.triangles.len() as u32, scene.positions.len() as u32);
         let shape = scene.shapes.len() as u32;
         scene.positions.extend(mesh.positions);
         scene.normals.extend(mesh.normals);

@@ -2,6 +2,7 @@
 
 use super::super::shorten;
 use super::super::spectrum::{Role, Spectrum};
+use super::texture::Use;
 use super::value::Value;
 use super::{Builder, Node, ior};
 use crate::error::{Error, Place, Result, did_you_mean};
@@ -11,7 +12,9 @@ use crate::scene::material::{
     Coat, Distribution, LARGEST_INDEX, Microfacets, ROUGHNESS, Transmittance, diffuse_reflectance,
     diffuse_rough_reflectance,
 };
+use crate::scene::texture::Input;
 use glam::DVec3;
+use std::ops::RangeInclusive;
 
 const BSDFS: &str = "conductor, dielectric, diffuse, null, plastic, roughconductor, roughdielectric, roughplastic, thindielectric, \
                      twosided";
@@ -64,7 +67,14 @@ impl Builder {
 
     fn diffuse(&mut self, index: usize) -> Result<u32> {
         self.only_colours(index, &["reflectance"])?;
-        let reflectance = self.factor(index, "reflectance", 0.5)?;
+        let reflectance = match self.input(index, "reflectance", 0.5, &(0.0..=1.0), Use::Color)? {
+            Input::Value(value) => value,
+            Input::Texture(_) => {
+                let place = self.tree.nodes[index].place.clone();
+                self.warn(&place, "textures are read but not rendered yet; taken as 0.5");
+                Rgb::splat(0.5)
+            }
+        };
         self.finish(index, &[]);
         Ok(self.add_material(Material::Diffuse { reflectance }))
     }
@@ -254,12 +264,19 @@ impl Builder {
 
     /// The share of light that is reflected or let through.
     fn factor(&mut self, index: usize, name: &str, default: f32) -> Result<Rgb> {
+        self.value(index, name, default, &(0.0..=1.0))
+    }
+
+    /// A colour that is the same everywhere, in `range`.
+    pub(super) fn value(&mut self, index: usize, name: &str, default: f32, range: &RangeInclusive<f32>) -> Result<Rgb> {
+        let (low, high) = (*range.start(), *range.end());
         let color = self.color(&self.tree.nodes[index], name)?;
         let Some((value, place)) = color else { return Ok(Rgb::splat(default)) };
         let rgb = to_rgb(&value, Role::Reflectance);
-        let sound =
-            matches!(&value, Value::Spectrum(Spectrum::List(l)) if l.iter().all(|p| (0.0..=1.0).contains(&p.1)));
-        self.in_gamut(rgb, rgb.clamp(Rgb::ZERO, Rgb::ONE), sound, place, name, "in [0, 1]")
+        let inside = |v: f64| (f64::from(low)..=f64::from(high)).contains(&v);
+        let sound = matches!(&value, Value::Spectrum(Spectrum::List(l)) if l.iter().all(|p| inside(p.1)));
+        let bounded = rgb.clamp(Rgb::splat(low), Rgb::splat(high));
+        self.in_gamut(rgb, bounded, sound, place, name, &format!("in [{low}, {high}]"))
     }
 
     /// The radiance or intensity of an emitter; Mitsuba's default is 1.

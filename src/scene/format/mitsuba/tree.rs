@@ -20,6 +20,8 @@ pub(super) struct Tree {
     pub(super) warnings: Vec<String>,
     /// Where relative file names are looked up, in this order.
     pub(super) directories: Vec<PathBuf>,
+    /// The folder that files must be below, without symbolic links; `None`: they may be anywhere.
+    pub(super) inside: Option<PathBuf>,
 }
 
 /// One object.
@@ -71,11 +73,18 @@ impl Tree {
     pub(super) fn find_file(&self, name: &str, place: &Place) -> Result<PathBuf> {
         let beside = place.file.parent().unwrap_or(Path::new(""));
         let directories = self.directories.iter().map(PathBuf::as_path).chain([beside]);
-        directories.map(|d| d.join(name)).find(|p| p.is_file()).ok_or_else(|| {
+        let path = directories.map(|d| d.join(name)).find(|p| p.is_file()).ok_or_else(|| {
             let tried: Vec<_> = self.directories.iter().map(|d| format!("`{}`", d.join("").display())).collect();
             let message = format!("file `{}` not found (looked in {})", shorten(name), tried.join(", "));
             Error::input(place.clone(), message)
-        })
+        })?;
+        match &self.inside {
+            Some(folder) if !path.canonicalize().is_ok_and(|p| p.starts_with(folder)) => {
+                let message = "is outside the scene file's folder; --allow-outside allows it";
+                Err(Error::input(place.clone(), format!("file `{}` {message}", shorten(name))))
+            }
+            _ => Ok(path),
+        }
     }
 
     /// Notes that the scene depends on this file.
