@@ -60,7 +60,8 @@ impl Scene {
             problems.unless(count <= largest, || format!("{count} {what}; at most {largest} fit"));
         }
         let (positions, normals, uvs) = (self.positions.len(), self.normals.len(), self.uvs.len());
-        problems.unless(uvs == 0 || positions == uvs, || format!("{positions} positions, but {uvs} texture coordinates"));
+        problems
+            .unless(uvs == 0 || positions == uvs, || format!("{positions} positions, but {uvs} texture coordinates"));
         problems.unless(positions == normals, || format!("{positions} positions, but {normals} normals"));
         let black = self.materials.first() == Some(&Material::Black);
         problems.unless(black, || "material 0 is not black".into());
@@ -201,7 +202,8 @@ impl Scene {
                 Texture::FaceAttribute { first, .. } => (first, self.triangles.len(), &self.attributes),
             };
             let there = first as usize + count <= all.len();
-            problems.unless(there, || format!("texture {i} has {count} colours from {first} on; there are {}", all.len()));
+            problems
+                .unless(there, || format!("texture {i} has {count} colours from {first} on; there are {}", all.len()));
         }
         let finite = self.texels.iter().chain(&self.attributes).all(|c| c.is_finite());
         problems.unless(finite, || "a colour of a texture is not finite".into());

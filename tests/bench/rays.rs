@@ -93,7 +93,14 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
         positions: triangles.iter().flatten().copied().collect(),
         normals: vec![Vec3::ZERO; 3 * triangles.len()],
         triangles: (0..n).map(|i| Triangle { vertices: [3 * i, 3 * i + 1, 3 * i + 2], shape: 0 }).collect(),
-        shapes: vec![Shape { geometry, front: 0, back: 0, light: None, axes: Default::default(), name: "bench".into() }],
+        shapes: vec![Shape {
+            geometry,
+            front: 0,
+            back: 0,
+            light: None,
+            axes: Default::default(),
+            name: "bench".into(),
+        }],
         ..Scene::default()
     }
 }

@@ -21,7 +21,14 @@ pub(crate) fn lit(shapes: Vec<Geometry>) -> Scene {
     let mut scene = Scene { materials: vec![Material::Black], ..Scene::default() };
     for geometry in shapes {
         let shape = scene.shapes.len() as u32;
-        scene.shapes.push(Shape { geometry, front: 0, back: 0, light: Some(shape), axes: Default::default(), name: String::new() });
+        scene.shapes.push(Shape {
+            geometry,
+            front: 0,
+            back: 0,
+            light: Some(shape),
+            axes: Default::default(),
+            name: String::new(),
+        });
         scene.lights.push(Light::Area { shape, radiance: Vec3::ONE });
     }
     scene

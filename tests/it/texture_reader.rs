@@ -11,14 +11,15 @@ use std::path::Path;
 /// A folder with a picture of 3 × 2 pixels, `a.png`.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    RgbImage::from_fn(3, 2, |x, y| Pixel([255 * x as u8 % 2, 255 * y as u8, 0])).save(folder.path().join("a.png")).unwrap();
+    RgbImage::from_fn(3, 2, |x, y| Pixel([255 * (x as u8 % 2), 255 * y as u8, 0]))
+        .save(folder.path().join("a.png"))
+        .unwrap();
     folder
 }
 
 fn read(folder: &Path, content: &str) -> rootn::Result<Scene> {
-    let text = format!(
-        "<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>{content}</scene>"
-    );
+    let text =
+        format!("<scene version='3.0.0'><sensor type='perspective'/><emitter type='constant'/>{content}</scene>");
     parse_str(&text, &folder.join("scene.xml"), &Options::default())
 }
 
@@ -41,13 +42,8 @@ fn bitmaps_are_read_and_shared() {
     let content = [bitmap(""), bitmap(turned), bitmap("<boolean name='raw' value='true'/>")].concat();
     let scene = read(folder.path(), &content).unwrap();
     let size = [3, 2];
-    let plain = Bitmap {
-        first: 0,
-        size,
-        filter: TextureFilter::Bilinear,
-        wrap: Wrap::Repeat,
-        to_uv: UvTransform::IDENTITY,
-    };
+    let plain =
+        Bitmap { first: 0, size, filter: TextureFilter::Bilinear, wrap: Wrap::Repeat, to_uv: UvTransform::IDENTITY };
     let [Texture::Bitmap(a), Texture::Bitmap(b), Texture::Bitmap(c)] = scene.textures[..] else { panic!() };
     assert_eq!(a, plain);
     assert_eq!((b.first, b.filter, b.wrap), (0, TextureFilter::Nearest, Wrap::Mirror));
@@ -108,13 +104,20 @@ fn broken_textures_are_refused() {
     let folder = folder();
     std::fs::write(folder.path().join("bad.png"), b"\x89PNG\r\n\x1a\n").unwrap();
     std::fs::write(folder.path().join("high.pfm"), [b"Pf 1 1 -1\n".as_slice(), &2f32.to_le_bytes()].concat()).unwrap();
-    std::fs::write(folder.path().join("nan.pfm"), [b"Pf 1 1 -1\n".as_slice(), &f32::NAN.to_le_bytes()].concat()).unwrap();
+    std::fs::write(folder.path().join("nan.pfm"), [b"Pf 1 1 -1\n".as_slice(), &f32::NAN.to_le_bytes()].concat())
+        .unwrap();
     let file = |name: &str| {
-        textured(&format!("<texture type='bitmap' name='reflectance'><string name='filename' value='{name}'/></texture>"))
+        textured(&format!(
+            "<texture type='bitmap' name='reflectance'><string name='filename' value='{name}'/></texture>"
+        ))
     };
-    let checkerboard = |inside: &str| textured(&format!("<texture type='checkerboard' name='reflectance'>{inside}</texture>"));
+    let checkerboard =
+        |inside: &str| textured(&format!("<texture type='checkerboard' name='reflectance'>{inside}</texture>"));
     for (content, part) in [
-        (textured("<texture type='vertexcolors' name='reflectance'/>"), "texture `vertexcolors` is not supported; allowed: bitmap"),
+        (
+            textured("<texture type='vertexcolors' name='reflectance'/>"),
+            "texture `vertexcolors` is not supported; allowed: bitmap",
+        ),
         (textured("<texture type='bitmap' name='reflectance'/>"), "lacks the property `filename`"),
         (textured("<texture type='bitmap' name='reflectence'/>"), "has no place in bsdf `diffuse`"),
         (file("b.png"), "file `b.png` not found"),
@@ -134,7 +137,9 @@ fn broken_textures_are_refused() {
             "starts neither with vertex_",
         ),
         (
-            textured("<texture type='mesh_attribute' name='reflectance'><string name='name' value='face_x'/></texture>"),
+            textured(
+                "<texture type='mesh_attribute' name='reflectance'><string name='name' value='face_x'/></texture>",
+            ),
             "has no mesh attribute `face_x` for its material (it has: none)",
         ),
     ] {
@@ -150,7 +155,9 @@ fn texture_coordinates_of_meshes() {
     let mesh = obj::parse(square, Path::new("a.obj")).unwrap();
     assert_eq!(mesh.uvs, [Vec2::new(0.25, 0.125), Vec2::X, Vec2::ZERO]);
     assert!(obj::parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", Path::new("a.obj")).unwrap().uvs.is_empty());
-    for (bad, part) in [("f 1/3 2 3", "texture coordinate 3 does not exist; 2 are defined"), ("vt 1", "needs 2 numbers")] {
+    for (bad, part) in
+        [("f 1/3 2 3", "texture coordinate 3 does not exist; 2 are defined"), ("vt 1", "needs 2 numbers")]
+    {
         let text = [square.as_slice(), bad.as_bytes()].concat();
         let error = obj::parse(&text, Path::new("a.obj")).unwrap_err().to_string();
         assert!(error.contains(part) && error.contains("a.obj:7"), "{error}");
@@ -167,9 +174,13 @@ fn texture_coordinates_of_meshes() {
         std::fs::write(folder.path().join("a.ply"), text).unwrap();
     }
     // OBJ files are turned over unless they say otherwise, others only if they do. Expected: Mitsuba.
-    for (plugin, flip, v) in
-        [("obj", "", 0.875), ("obj", "false", 0.125), ("obj", "true", 0.875), ("ply", "", 0.125), ("ply", "true", 0.875)]
-    {
+    for (plugin, flip, v) in [
+        ("obj", "", 0.875),
+        ("obj", "false", 0.125),
+        ("obj", "true", 0.875),
+        ("ply", "", 0.125),
+        ("ply", "true", 0.875),
+    ] {
         let flip =
             if flip.is_empty() { String::new() } else { format!("<boolean name='flip_tex_coords' value='{flip}'/>") };
         let content = format!("<shape type='{plugin}'><string name='filename' value='a.{plugin}'/>{flip}</shape>");
@@ -201,7 +212,8 @@ fn colours_of_meshes() {
         )
     };
     // A cube and a rectangle come first: 28 vertices, 14 triangles.
-    let content = ["<shape type='cube'/><shape type='rectangle'/>", &shape("face_a_color", "2"), &shape("vertex_heat", "1")];
+    let content =
+        ["<shape type='cube'/><shape type='rectangle'/>", &shape("face_a_color", "2"), &shape("vertex_heat", "1")];
     let scene = read(folder.path(), &content.concat()).unwrap();
     let (vertices, triangles) = (28 + 4 + 4, 14 + 2 + 2);
     assert_eq!((scene.positions.len(), scene.triangles.len()), (vertices, triangles));
@@ -214,7 +226,10 @@ fn colours_of_meshes() {
     assert_eq!(scene.attributes[14..18], [Rgb::new(0.1, 0.2, 0.3); 4]);
     assert_eq!(scene.attributes[triangles + 28..][..4], [0.5, 0.25, 1.0, 0.0].map(Rgb::splat));
     for (content, part) in [
-        (shape("vertex_cold", "1"), "has no mesh attribute `vertex_cold` for its material (it has: vertex_color, vertex_heat, face_a_color)"),
+        (
+            shape("vertex_cold", "1"),
+            "has no mesh attribute `vertex_cold` for its material (it has: vertex_color, vertex_heat, face_a_color)",
+        ),
         (shape("vertex_heat", "3"), "reflectance must be in [0, 1]"),
     ] {
         let error = read(folder.path(), &content).expect_err(&content).to_string();

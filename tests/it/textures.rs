@@ -64,7 +64,10 @@ fn coordinates_of_any_size() {
             for (&u, &v) in edges.iter().flat_map(|u| edges.iter().map(move |v| (u, v))) {
                 for (u, v) in [(u, v), (-u, v), (u, -v), (-u, -v)] {
                     let found = texture.eval(&scene, &at(u, v));
-                    assert!((found - 1.0).abs().max_element() < 1e-6, "{size:?} {filter:?} {wrap:?} ({u}, {v}): {found}");
+                    assert!(
+                        (found - 1.0).abs().max_element() < 1e-6,
+                        "{size:?} {filter:?} {wrap:?} ({u}, {v}): {found}"
+                    );
                 }
             }
         }

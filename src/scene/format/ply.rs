@@ -333,7 +333,8 @@ impl Element {
         let mut found: Vec<Colors> = plain.map(|c| of(format!("{}_color", self.name), c)).into_iter().collect();
         for property in self.properties.iter().filter(|p| p.length.is_none()) {
             let Some((stem, end)) = property.name.rsplit_once('_') else { continue };
-            let named = |ends: [&str; 3]| self.columns(ends.map(|e| format!("{stem}_{e}")).each_ref().map(String::as_str));
+            let named =
+                |ends: [&str; 3]| self.columns(ends.map(|e| format!("{stem}_{e}")).each_ref().map(String::as_str));
             match end {
                 "r" => found.extend(named(["r", "g", "b"]).map(|c| of(format!("{}_{stem}_color", self.name), c))),
                 "x" => {

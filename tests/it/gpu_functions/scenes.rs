@@ -211,7 +211,8 @@ fn quadrics_equal_their_twins() {
         ];
         for geometry in geometries {
             let name = format!("quadric_intersect, {geometry:?}");
-            let shape = Shape { geometry, front: 0, back: 0, light: None, axes: Default::default(), name: String::new() };
+            let shape =
+                Shape { geometry, front: 0, back: 0, light: None, axes: Default::default(), name: String::new() };
             let scene = Scene { shapes: vec![shape], ..Scene::default() };
             let (brute, compact) = (Brute::new(&scene).unwrap(), CompactBvh::new(&scene).unwrap());
             let make = |r: &mut Input| {

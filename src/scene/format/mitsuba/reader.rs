@@ -1,7 +1,7 @@
 //! From XML text to [`Tree`].
 
-use super::super::{Options, shorten};
 use super::super::spectrum::Spectrum;
+use super::super::{Options, shorten};
 use super::attribute::{Attributes, File, Parameter};
 use super::tree::{Child, Node, Property, Target, Tree};
 use super::value::{self, Parsed, Value};

@@ -195,7 +195,8 @@ impl Builder {
                 let name = attribute_name(node)?;
                 if !names.contains(&name) {
                     let all = if names.is_empty() { "none".into() } else { names.join(", ") };
-                    let message = format!("has no mesh attribute `{}` for its material (it has: {all})", shorten(&name));
+                    let message =
+                        format!("has no mesh attribute `{}` for its material (it has: {all})", shorten(&name));
                     return Err(self.tree.nodes[shape].error(message));
                 }
             }
@@ -208,7 +209,10 @@ impl Builder {
 
     /// What remains to be done for textures when all meshes are known.
     pub(super) fn finish_textures(&mut self) -> Result<()> {
-        self.textures.uses.iter().try_for_each(|(node, texture, name, range)| self.check_range(*node, *texture, name, range))?;
+        self.textures
+            .uses
+            .iter()
+            .try_for_each(|(node, texture, name, range)| self.check_range(*node, *texture, name, range))?;
         self.place_attributes()
     }
 
