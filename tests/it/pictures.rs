@@ -106,17 +106,18 @@ fn broken_pictures_are_refused() {
     let mut huge = png.clone();
     huge[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
     let mut large = png.clone();
-    large[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
+    large[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x20, 0]);
     for bytes in [&mut huge, &mut large] {
         let crc = crc32(&bytes[12..29]).to_be_bytes();
         bytes[29..33].copy_from_slice(&crc);
     }
-    let cases: [(&[u8], &str, &str); 13] = [
+    let cases: [(&[u8], &str, &str); 14] = [
         (b"", "a.png", "allowed: PNG, JPEG"),
         (b"GIF89a", "a.gif", "allowed: PNG, JPEG"),
         (&png[..30], "a.png", "damaged PNG"),
         (&huge, "a.png", "65536 × 65536 pixels; allowed are 1 to 16384"),
-        (&large, "a.png", "declares 16384 × 16384 pixels in a file of"),
+        (&large, "a.png", "declares 16384 × 8192 pixels in a file of"),
+        (b"PF 16384 16384 -1\n", "a.pfm", "16384 × 16384 pixels; allowed are 134217728"),
         (b"\xff\xd8\xff", "a.jpg", "damaged JPEG"),
         (b"#?RADIANCE\n", "a.hdr", "damaged HDR"),
         (b"BM", "a.bmp", "damaged BMP"),

@@ -196,14 +196,17 @@ fn texture_coordinates_of_meshes() {
 fn colours_of_meshes() {
     let folder = folder();
     let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
-        property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float heat_x\nelement face 1\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float heat_x\nproperty float b_0\nproperty float b_1\nproperty float b_2\nelement face 1\n\
         property list uchar int vertex_indices\nproperty float a_r\nproperty float a_g\nproperty float a_b\nend_header\n\
-        0 0 0 255 0 51 0.5\n1 0 0 0 255 0 0.25\n1 1 0 0 0 255 1\n0 1 0 0 0 0 0\n4 0 1 2 3 0.1 0.2 0.3\n";
+        0 0 0 255 0 51 0.5 7 8 9\n1 0 0 0 255 0 0.25 0 0 0\n1 1 0 0 0 255 1 0 0 0\n0 1 0 0 0 0 0 0 0 0\n4 0 1 2 3 0.1 0.2 0.3\n";
     let mesh = ply::parse(text.as_bytes(), Path::new("a.ply")).unwrap();
     let names: Vec<&str> = mesh.attributes.iter().map(|a| a.name.as_str()).collect();
-    assert_eq!(names, ["vertex_color", "vertex_heat", "face_a_color"]);
+    assert_eq!(names, ["vertex_color", "vertex_heat", "vertex_b", "face_a_color"]);
     assert_eq!(mesh.attributes[0].values[0], Rgb::new(1.0, 0.0, 0.2));
-    assert_eq!(mesh.attributes[2].values, [Rgb::new(0.1, 0.2, 0.3); 2]);
+    assert_eq!(mesh.attributes[2].values[0], Rgb::new(7.0, 8.0, 9.0));
+    let error = ply::parse(text.replace(" 7 8 9", " 7 nan 9").as_bytes(), Path::new("a.ply")).unwrap_err().to_string();
+    assert!(error.contains("a.ply:20: a colour of vertex_b is not finite"), "{error}");
+    assert_eq!(mesh.attributes[3].values, [Rgb::new(0.1, 0.2, 0.3); 2]);
     std::fs::write(folder.path().join("a.ply"), text).unwrap();
     let shape = |name: &str, scale: &str| {
         format!(
@@ -228,7 +231,7 @@ fn colours_of_meshes() {
     for (content, part) in [
         (
             shape("vertex_cold", "1"),
-            "has no mesh attribute `vertex_cold` for its material (it has: vertex_color, vertex_heat, face_a_color)",
+            "has no mesh attribute `vertex_cold` for its material (it has: vertex_color, vertex_heat, vertex_b, face_a_color)",
         ),
         (shape("vertex_heat", "3"), "reflectance must be in [0, 1]"),
     ] {

@@ -6,13 +6,19 @@ use crate::math::{Rgb, srgb_to_linear};
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::FlatSamples;
 use glam::{DMat3, DVec3};
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 use std::panic::catch_unwind;
 use std::path::Path;
 
 /// Largest width and height in pixels.
 pub const LARGEST_SIDE: u32 = 16384;
+
+/// Largest number of pixels.
+const MOST_PIXELS: u64 = 1 << 27;
+
+/// Bounds what decoders allocate, in bytes: pixels of four floats.
+const MOST_BYTES: u64 = 16 * MOST_PIXELS;
 
 /// Largest ratio of decoded bytes to file size that is believed: DEFLATE reaches 1032.
 const MAX_COMPRESSION: u64 = 4096;
@@ -92,6 +98,9 @@ fn check_size(width: u64, height: u64, bytes_per_pixel: u64, file_size: usize) -
     if !(1..=most).contains(&width) || !(1..=most).contains(&height) {
         return Err(format!("{width} × {height} pixels; allowed are 1 to {LARGEST_SIDE} each way"));
     }
+    if width * height > MOST_PIXELS {
+        return Err(format!("{width} × {height} pixels; allowed are {MOST_PIXELS}"));
+    }
     if width * height * bytes_per_pixel > file_size as u64 * MAX_COMPRESSION {
         return Err(format!("declares {width} × {height} pixels in a file of {file_size} bytes"));
     }
@@ -102,29 +111,39 @@ fn decode_other(bytes: &[u8], format: ImageFormat, raw: bool) -> Decoded<Picture
     let name = format!("{format:?}").to_uppercase();
     let damaged =
         |e: image::ImageError| format!("damaged {name} picture: {}", e.to_string().replace(char::is_control, " "));
-    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(damaged)?;
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_BYTES);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
     check_size(width.into(), height.into(), decoder.color_type().bytes_per_pixel().into(), bytes.len())?;
     let image = DynamicImage::from_decoder(decoder).map_err(damaged)?;
     let color = image.color();
     let channels = usize::from(color.channel_count());
     let samples = image.as_bytes();
-    let srgb = |v: f64| if raw { v as f32 } else { srgb_to_linear(v) as f32 };
-    let (encoding, values): (_, Vec<f32>) = match usize::from(color.bytes_per_pixel()) / channels {
+    let linear = |v: f64| if raw { v as f32 } else { srgb_to_linear(v) as f32 };
+    let (encoding, texels) = match usize::from(color.bytes_per_pixel()) / channels {
         1 => {
-            let table: Vec<f32> = (0..=255).map(|v| srgb(f64::from(v) / 255.0)).collect();
-            (Encoding::Srgb, samples.iter().map(|&v| table[usize::from(v)]).collect())
+            let table: Vec<f32> = (0..=255).map(|v| linear(f64::from(v) / 255.0)).collect();
+            (Encoding::Srgb, texels(samples, channels, |v: &[u8; 1]| table[usize::from(v[0])]))
         }
         2 => {
-            let table: Vec<f32> = (0..=65535).map(|v| srgb(f64::from(v) / 65535.0)).collect();
-            let words = samples.as_chunks().0.iter().map(|&v| u16::from_ne_bytes(v));
-            (Encoding::Srgb, words.map(|v| table[usize::from(v)]).collect())
+            let table: Vec<f32> = (0..=65535).map(|v| linear(f64::from(v) / 65535.0)).collect();
+            (Encoding::Srgb, texels(samples, channels, |&v| table[usize::from(u16::from_ne_bytes(v))]))
         }
-        _ => (Encoding::Linear, samples.as_chunks().0.iter().map(|&v| f32::from_ne_bytes(v)).collect()),
+        _ => (Encoding::Linear, texels(samples, channels, |&v| f32::from_ne_bytes(v))),
     };
-    let texel = |v: &[f32]| if let [r, g, b, ..] = *v { Rgb::new(r, g, b) } else { Rgb::splat(v[0]) };
-    let texels = values.chunks_exact(channels).map(texel).collect();
     Ok(Picture { width, height, encoding, grey: channels < 3, alpha: color.has_alpha(), texels })
+}
+
+/// Pixels of `channels` samples of `N` bytes as colours; what follows three channels, or grey, is alpha.
+fn texels<const N: usize>(samples: &[u8], channels: usize, value: impl Fn(&[u8; N]) -> f32) -> Vec<Rgb> {
+    let color = |v: &[[u8; N]]| match v {
+        [r, g, b, ..] => Rgb::new(value(r), value(g), value(b)),
+        _ => Rgb::splat(value(&v[0])),
+    };
+    samples.as_chunks().0.chunks_exact(channels).map(color).collect()
 }
 
 /// The first part's R, G, B or Y. Colours of other primaries are converted, white points as they are (OpenEXR's own formula).
@@ -201,10 +220,8 @@ fn decode_pfm(bytes: &[u8]) -> Decoded<Picture> {
         return Err(format!("the data ends too early: {} bytes of {wanted}", data.len()));
     }
     let value = |v: &[u8; 4]| if scale < 0.0 { f32::from_le_bytes(*v) } else { f32::from_be_bytes(*v) } * scale.abs();
-    let values: Vec<f32> = data[..wanted].as_chunks().0.iter().map(value).collect();
-    let texel = |v: &[f32]| if let [r, g, b] = *v { Rgb::new(r, g, b) } else { Rgb::splat(v[0]) };
-    let rows = values.chunks_exact(channels * width).rev();
-    let texels = rows.flat_map(|row| row.chunks_exact(channels).map(texel)).collect();
+    let rows = data[..wanted].chunks_exact(4 * channels * width).rev();
+    let texels = rows.flat_map(|row| texels(row, channels, value)).collect();
     let [width, height] = size;
     Ok(Picture { width, height, encoding: Encoding::Linear, grey: channels == 1, alpha: false, texels })
 }

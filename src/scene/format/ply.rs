@@ -326,21 +326,26 @@ impl Element {
     }
 
     /// The colours among the properties, under the names that Mitsuba gives them: `r`, `g`, `b` (also in full) are
-    /// `color`; `x_r`, `x_g`, `x_b` are `x_color`; `x_x`, `x_y`, `x_z` or `x_x` alone are `x`.
+    /// `color`; what differs after its last `_` is one attribute of three numbers, or of one: `x_r`, `x_g`, `x_b` are
+    /// `x_color`, `x_0`, `x_1`, `x_2` are `x`.
     fn colors(&self) -> Vec<Colors> {
-        let of = |name: String, columns| Colors { name, columns, values: Vec::new() };
+        let of = |name: &str, columns| Colors { name: format!("{}_{name}", self.name), columns, values: Vec::new() };
         let plain = self.columns(["r", "g", "b"]).or_else(|| self.columns(["red", "green", "blue"]));
-        let mut found: Vec<Colors> = plain.map(|c| of(format!("{}_color", self.name), c)).into_iter().collect();
-        for property in self.properties.iter().filter(|p| p.length.is_none()) {
-            let Some((stem, end)) = property.name.rsplit_once('_') else { continue };
-            let named =
-                |ends: [&str; 3]| self.columns(ends.map(|e| format!("{stem}_{e}")).each_ref().map(String::as_str));
-            match end {
-                "r" => found.extend(named(["r", "g", "b"]).map(|c| of(format!("{}_{stem}_color", self.name), c))),
-                "x" => {
-                    let columns = named(["x", "y", "z"]).or_else(|| named(["x", "x", "x"]));
-                    found.extend(columns.map(|c| of(format!("{}_{stem}", self.name), c)));
-                }
+        let mut found: Vec<Colors> = plain.map(|c| of("color", c)).into_iter().collect();
+        let mut stems: Vec<(&str, Vec<usize>)> = Vec::new();
+        for (i, property) in self.properties.iter().enumerate().filter(|(_, p)| p.length.is_none()) {
+            let Some((stem, _)) = property.name.rsplit_once('_') else { continue };
+            match stems.iter_mut().find(|s| s.0 == stem) {
+                Some((_, columns)) => columns.push(i),
+                None => stems.push((stem, vec![i])),
+            }
+        }
+        for (stem, columns) in stems {
+            let is_color = self.properties[columns[0]].name.ends_with("_r");
+            let name = if is_color { format!("{stem}_color") } else { stem.to_owned() };
+            match columns[..] {
+                [x] => found.push(of(&name, [x; 3])),
+                [x, y, z] => found.push(of(&name, [x, y, z])),
                 _ => {}
             }
         }

@@ -14,8 +14,8 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 const TEXTURES: &str = "bitmap, checkerboard, mesh_attribute";
-/// Texels of all textures together: one picture of the largest size.
-const MOST_TEXELS: usize = (picture::LARGEST_SIDE as usize).pow(2);
+/// Texels of all textures together: 3 GiB.
+const MOST_TEXELS: usize = 1 << 28;
 
 /// What a material does with an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
