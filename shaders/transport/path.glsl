@@ -96,6 +96,60 @@ Vertex path_vertex(TracerAt tracer, Ray ray, Hit hit) {
     return vertex;
 }
 
+#ifdef FULL
+// Twin of frame_along in src/transport/shading.rs.
+Frame frame_along(vec3 n, vec3 along) {
+    vec3 s;
+    if (try_normalize3(along - n * dot3(n, along), s)) return Frame(s, cross3(n, s), n);
+    return frame_new(n);
+}
+
+// Twin of shade in src/transport/shading.rs.
+Material path_shade_full(TracerAt tracer, Draw draw, uint depth, Vertex vertex, Hit hit, uint index, vec3 normal, out Frame frame) {
+    uvec4 words = uvec4(0u);
+    if (has(EFFECT_MIXTURES)) words = draw_words(sequence(tracer), draw, FIRST_LAYER + depth);
+    Parameterization surface;
+    if (vertex.at.triangle != NONE) {
+        surface = parameterization_triangle(tracer.it.surfaces.at[hit.primitive], hit, tracer.it.vertices, tracer.it.uvs);
+    } else {
+        surface = parameterization_quadric(tracer.it.quadric_maps.at[tracer.it.shapes.at[vertex.at.shape].quadric], vertex.at.p);
+    }
+    Material material;
+    for (uint level = 0u;; ++level) {
+        material = tracer.it.materials.at[index];
+        for (uint k = 0u; has(EFFECT_TEXTURES) && k < 4u; ++k) {
+            uint t = material.textures[k];
+            if (t == NONE) continue;
+            vec3 value = texture_eval(tracer.it.textures.at[t], tracer.it.texels, tracer.it.attributes, tracer.it.vertices,
+                surface.uv, vertex.at.triangle, vec2(hit.u, hit.v));
+            if (k == 0u) material.reflectance = value;
+            if (k == 1u) material.second = value;
+            if (k == 2u) material.alpha.x = value.x;
+            if (k == 3u) material.alpha.y = value.x;
+        }
+        if (!is(material, EFFECT_MIXTURES, MATERIAL_MIXTURE) || level == MIXTURE_DEPTH) break;
+        index = material.materials[happens(words[level], material.alpha.x) ? 1u : 0u];
+    }
+    for (uint k = 0u; k < 2u; ++k) material.alpha[k] = clamp1(material.alpha[k], SMALLEST_ALPHA, LARGEST_ALPHA);
+    bool turned = has(EFFECT_TANGENTS) && material.alpha.x != material.alpha.y;
+    frame = frame_along(normal, turned ? surface.dp_du : vec3(0.0));
+    return material;
+}
+#endif
+
+// The material of one layer, and the frame around the shading normal on the side of the path; `cos` is between the two.
+Material path_shade(TracerAt tracer, Draw draw, uint depth, Vertex vertex, Hit hit, float cos, out Frame frame) {
+    uint index = cos > 0.0 ? vertex.front : vertex.back;
+    vec3 normal = vertex.at.ns * copysign1(1.0, cos);
+#ifdef FULL
+    if (has(EFFECT_TEXTURES | EFFECT_TANGENTS | EFFECT_MIXTURES)) {
+        return path_shade_full(tracer, draw, depth, vertex, hit, index, normal, frame);
+    }
+#endif
+    frame = frame_new(normal);
+    return tracer.it.materials.at[index];
+}
+
 float weight_of_direction(TracerAt tracer, float pdf_direction, float pdf_light) {
     uint h = heuristic(tracer);
     return h == HEURISTIC_NONE ? (pdf_light <= 0.0 ? 1.0 : 0.0) : heuristic_weight(h, pdf_direction, pdf_light);
@@ -126,13 +180,12 @@ vec3 path_escape(TracerAt tracer, Path path) {
 }
 
 // Next-event estimation.
-vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, vec3 normal, Material material) {
+vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, Frame frame, Material material) {
     uvec4 words = draw_words(sequence(tracer), draw, group(path.depth, DECISION_LIGHT));
     LightSample light;
     if (!light_sampler_sample(tracer.it.lights, tracer.it.surfaces, lights_mode(tracer), vertex.at.p, words, light)) {
         return vec3(0.0);
     }
-    Frame frame = frame_new(normal);
     vec3 wo = frame_to_local(frame, path.wo), wi = frame_to_local(frame, light.wi);
     float pdf_direction;
     vec3 f = material_eval(material, tracer.it.transmittances, directions(tracer), wo, wi, pdf_direction);
@@ -151,9 +204,8 @@ vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, vec3 norma
 }
 
 // Draws the next direction and plays roulette; false: the path ends.
-bool path_bounce(TracerAt tracer, Draw draw, inout Path path, Vertex vertex, vec3 normal, Material material) {
+bool path_bounce(TracerAt tracer, Draw draw, inout Path path, Vertex vertex, Frame frame, Material material) {
     uvec4 words = draw_words(sequence(tracer), draw, group(path.depth, DECISION_DIRECTION));
-    Frame frame = frame_new(normal);
     vec3 wo = frame_to_local(frame, path.wo);
     Scattered s;
     if (!material_sample(material, tracer.it.transmittances, directions(tracer), wo, words, s)) return false;
@@ -188,11 +240,11 @@ bool path_advance(TracerAt tracer, Draw draw, inout Path path) {
     if (has(EFFECT_EMITTING_SURFACES) && vertex.light != NONE) path.radiance += path_emission(tracer, path, vertex);
     if (path.depth >= max_depth(tracer)) return false;
     float cos = dot3(vertex.at.ns, path.wo);
-    Material material = tracer.it.materials.at[cos > 0.0 ? vertex.front : vertex.back];
+    Frame frame;
+    Material material = path_shade(tracer, draw, path.depth, vertex, hit, cos, frame);
     if (cos == 0.0 || material.kind == MATERIAL_BLACK) return false;
-    vec3 normal = vertex.at.ns * copysign1(1.0, cos);
-    if (has(EFFECT_SAMPLED_LIGHTS)) path.radiance += path_light(tracer, draw, path, vertex, normal, material);
-    if (!path_bounce(tracer, draw, path, vertex, normal, material)) return false;
+    if (has(EFFECT_SAMPLED_LIGHTS)) path.radiance += path_light(tracer, draw, path, vertex, frame, material);
+    if (!path_bounce(tracer, draw, path, vertex, frame, material)) return false;
     path.depth += 1u;
     return true;
 }

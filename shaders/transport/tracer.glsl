@@ -2,9 +2,11 @@
 #ifndef TRANSPORT_TRACER
 #define TRANSPORT_TRACER
 
+#include "accel/parameterization.glsl"
 #include "accel/tree.glsl"
 #include "scene/material/material.glsl"
 #include "scene/scene.glsl"
+#include "scene/texture.glsl"
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer Materials { Material at[]; };
 
@@ -22,6 +24,11 @@ struct Tracer {
     Shapes shapes;
     Materials materials;
     Floats transmittances;
+    Vec2s uvs;
+    QuadricMaps quadric_maps;
+    Textures textures;
+    Vec3s texels;
+    Vec3s attributes;
     // Radiance of each light with an extent.
     Vec3s radiances;
     uint64_t top_level;

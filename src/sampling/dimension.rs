@@ -11,16 +11,21 @@ pub enum Decision {
     Light,
     /// At vertex 0, where no light is sampled: words 0, 1 = point on the lens.
     Lens,
+    /// Which of the layers of a mixed material: a word per mixture inside another.
+    Layer,
 }
 
 /// Decisions per vertex.
 const SLOTS: u32 = 2;
+/// Beyond the vertices that paths have.
+const FIRST_LAYER: u32 = 1 << 30;
 
 /// The group of words for a decision at a path vertex (0 = camera, 1 = first surface hit …).
 pub const fn group(vertex: u32, decision: Decision) -> u32 {
-    let slot = match decision {
-        Decision::Direction => 0,
-        Decision::Light | Decision::Lens => 1,
-    };
-    vertex * SLOTS + slot
+    match decision {
+        Decision::Direction => vertex * SLOTS,
+        Decision::Light | Decision::Lens => vertex * SLOTS + 1,
+        // Few scenes have any: apart, so that the others need no third slot.
+        Decision::Layer => FIRST_LAYER + vertex,
+    }
 }

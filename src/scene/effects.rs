@@ -1,7 +1,8 @@
 //! What a scene calls for, of all that the path tracer can do.
 
 use super::material::{Distribution, Microfacets};
-use super::{Geometry, Light, Material, Projection, Scene};
+use super::texture::Input;
+use super::{Bsdf, Geometry, Light, Material, Projection, Scene};
 
 /// The effects that a scene calls for, one bit each. GPU kernels leave out the rest; its twin is
 /// `shaders/transport/specialise.glsl`.
@@ -33,6 +34,12 @@ impl Effects {
     pub const THIN_DIELECTRICS: Self = Self(512);
     /// Surfaces that let all light through.
     pub const NULL: Self = Self(1024);
+    /// Inputs of materials that vary over surfaces.
+    pub const TEXTURES: Self = Self(1 << 11);
+    /// Frames turned along texture coordinates.
+    pub const TANGENTS: Self = Self(1 << 12);
+    /// Materials in layers: masks and blends.
+    pub const MIXTURES: Self = Self(1 << 14);
     /// Radiance from outside by direction.
     pub const ENVIRONMENT_MAP: Self = Self(1 << 15);
     /// Rays through a thin lens.
@@ -58,7 +65,7 @@ impl Effects {
     pub const SHORT: Self = Self((1 << 11) - 1);
 
     /// Every effect with its name.
-    pub const ALL: [(Self, &str); 21] = [
+    pub const ALL: [(Self, &str); 24] = [
         (Self::TRIANGLES, "triangles"),
         (Self::QUADRICS, "quadrics"),
         (Self::SMOOTH_NORMALS, "smooth normals"),
@@ -70,6 +77,9 @@ impl Effects {
         (Self::DIELECTRICS, "smooth dielectrics"),
         (Self::THIN_DIELECTRICS, "thin dielectrics"),
         (Self::NULL, "null materials"),
+        (Self::TEXTURES, "textures"),
+        (Self::TANGENTS, "tangents"),
+        (Self::MIXTURES, "mixtures"),
         (Self::ENVIRONMENT_MAP, "environment map"),
         (Self::LENS, "lens"),
         (Self::ORTHOGRAPHIC, "orthographic camera"),
@@ -106,21 +116,28 @@ impl Effects {
 
     /// What the scene's materials call for.
     pub fn of_materials(scene: &Scene) -> Self {
-        let slopes = |facets: &Microfacets| match facets.distribution {
+        let slopes = |facets: &Microfacets<Input>| match facets.distribution {
             Distribution::Ggx => Self::NONE,
             Distribution::Beckmann => Self::BECKMANN,
         };
-        let of = |material: &Material| match material {
-            Material::Black => Self::NONE,
-            Material::Diffuse { .. } => Self::DIFFUSE,
-            Material::Conductor { .. } => Self::CONDUCTORS,
-            Material::Dielectric { .. } => Self::DIELECTRICS,
-            Material::ThinDielectric { .. } => Self::THIN_DIELECTRICS,
-            Material::Null => Self::NULL,
-            Material::RoughConductor { facets, .. } => Self::ROUGH_CONDUCTORS.with(slopes(facets)),
-            Material::RoughDielectric { facets, .. } => Self::ROUGH_DIELECTRICS.with(slopes(facets)),
-            Material::Plastic { .. } => Self::PLASTICS,
-            Material::RoughPlastic { facets, .. } => Self::ROUGH_PLASTICS.with(slopes(facets)),
+        let varies = |input: &Input| matches!(input, Input::Texture(_));
+        let of = |material: &Material| {
+            let kind = match &material.bsdf {
+                Bsdf::Black => Self::NONE,
+                Bsdf::Diffuse { .. } => Self::DIFFUSE,
+                Bsdf::Conductor { .. } => Self::CONDUCTORS,
+                Bsdf::Dielectric { .. } => Self::DIELECTRICS,
+                Bsdf::ThinDielectric { .. } => Self::THIN_DIELECTRICS,
+                Bsdf::Null => Self::NULL,
+                Bsdf::RoughConductor { facets, .. } => Self::ROUGH_CONDUCTORS.with(slopes(facets)),
+                Bsdf::RoughDielectric { facets, .. } => Self::ROUGH_DIELECTRICS.with(slopes(facets)),
+                Bsdf::Plastic { .. } => Self::PLASTICS,
+                Bsdf::RoughPlastic { facets, .. } => Self::ROUGH_PLASTICS.with(slopes(facets)),
+                Bsdf::Mixture { .. } => Self::MIXTURES,
+            };
+            let textured = if material.bsdf.any(varies, varies) { Self::TEXTURES } else { Self::NONE };
+            let turned = if material.bsdf.is_anisotropic() { Self::TANGENTS } else { Self::NONE };
+            kind.with(textured).with(turned)
         };
         scene.materials.iter().map(of).fold(Self::NONE, Self::with)
     }
@@ -134,6 +151,11 @@ impl Effects {
     /// Whether all of `other` are among these.
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
+    }
+
+    /// Whether any of `other` are among these.
+    pub const fn intersects(self, other: Self) -> bool {
+        self.0 & other.0 != 0
     }
 
     /// The bits.

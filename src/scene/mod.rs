@@ -17,8 +17,8 @@ use std::sync::Arc;
 pub use camera::{Camera, Film, Filter, Projection};
 pub use effects::Effects;
 pub use light::{EnvironmentMap, Light};
-pub use material::Material;
 use material::Transmittance;
+pub use material::{Bsdf, Material};
 pub use shape::{Geometry, Shape};
 pub use texture::Texture;
 
@@ -43,7 +43,7 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// Objects.
     pub shapes: Vec<Shape>,
-    /// Surface materials. Index 0 is always [`Material::Black`].
+    /// Surface materials. Index 0 is always [`Material::BLACK`].
     pub materials: Vec<Material>,
     /// Tables of rough coats.
     pub transmittances: Vec<Transmittance>,

@@ -1,7 +1,6 @@
 //! The checks that make a scene safe to trace: every index in range, every number finite and in its range.
 
 use super::format::picture::LARGEST_SIDE;
-use super::material::{Coat, LARGEST_INDEX, ROUGHNESS};
 use super::texture::Bitmap;
 use super::{Camera, Geometry, Light, Material, Projection, Scene, Texture, Triangle};
 use crate::math::{Rgb, Vec3};
@@ -63,7 +62,7 @@ impl Scene {
         problems
             .unless(uvs == 0 || positions == uvs, || format!("{positions} positions, but {uvs} texture coordinates"));
         problems.unless(positions == normals, || format!("{positions} positions, but {normals} normals"));
-        let black = self.materials.first() == Some(&Material::Black);
+        let black = self.materials.first() == Some(&Material::BLACK);
         problems.unless(black, || "material 0 is not black".into());
     }
 
@@ -128,63 +127,7 @@ impl Scene {
 
     fn check_materials(&self, problems: &mut Problems) {
         for (i, material) in self.materials.iter().enumerate() {
-            let mut factor = |name: &str, c: &Rgb| {
-                let inside = c.to_array().iter().all(|c| (0.0..=1.0).contains(c));
-                problems.unless(inside, || format!("material {i}: {name} {c} is not in [0, 1]"));
-            };
-            let mut index = None;
-            let mut rough = None;
-            let mut coated = None;
-            match material {
-                Material::Black | Material::Null => {}
-                Material::Diffuse { reflectance } => factor("reflectance", reflectance),
-                Material::Conductor { eta, k, reflectance } | Material::RoughConductor { eta, k, reflectance, .. } => {
-                    factor("reflectance", reflectance);
-                    let sound = |c: f32| (0.0..=LARGEST_INDEX).contains(&c);
-                    let all = (0..3).all(|c| sound(eta[c]) && sound(k[c]) && eta[c] + k[c] > 0.0);
-                    index = Some((all, format!("{eta} + i {k}")));
-                }
-                Material::Dielectric { eta, reflectance, transmittance }
-                | Material::ThinDielectric { eta, reflectance, transmittance }
-                | Material::RoughDielectric { eta, reflectance, transmittance, .. } => {
-                    factor("reflectance", reflectance);
-                    factor("transmittance", transmittance);
-                    index = Some(((1.0 / LARGEST_INDEX..=LARGEST_INDEX).contains(eta), eta.to_string()));
-                }
-                Material::Plastic { coat, reflectance, specular }
-                | Material::RoughPlastic { coat, reflectance, specular, .. } => {
-                    factor("reflectance", reflectance);
-                    factor("specular reflectance", specular);
-                    coated = Some(coat);
-                    index = Some(((1.0 / LARGEST_INDEX..=LARGEST_INDEX).contains(&coat.eta), coat.eta.to_string()));
-                }
-            }
-            match material {
-                Material::RoughConductor { facets, .. } | Material::RoughDielectric { facets, .. } => {
-                    rough = Some(facets)
-                }
-                Material::RoughPlastic { facets, table, .. } => {
-                    rough = Some(facets);
-                    let there = (*table as usize) < self.transmittances.len();
-                    problems.unless(there, || format!("material {i} names table {table}"));
-                }
-                _ => {}
-            }
-            if let Some(facets) = rough {
-                let sound = facets.alpha.iter().all(|a| ROUGHNESS.contains(a));
-                problems
-                    .unless(sound, || format!("material {i}: roughness {:?} is not in {ROUGHNESS:?}", facets.alpha));
-            }
-            if let Some(Coat { internal, specular_weight, .. }) = coated {
-                let sound = (0.0..1.0).contains(internal) && (0.0..=1.0).contains(specular_weight);
-                problems
-                    .unless(sound, || format!("material {i}: the coat reflects {internal}, weight {specular_weight}"));
-            }
-            if let Some((sound, found)) = index {
-                problems.unless(sound, || {
-                    format!("material {i}: the index of refraction {found} is not above 0 and up to {LARGEST_INDEX}")
-                });
-            }
+            material.problems(i as u32, self).into_iter().for_each(|p| problems.add(p));
         }
     }
 

@@ -1,6 +1,7 @@
 //! Light transport: techniques, and the sinks that their contributions go to.
 
 pub mod path;
+mod shading;
 pub mod sink;
 mod wave;
 

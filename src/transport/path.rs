@@ -3,6 +3,7 @@
 //! Veach 1997, §9.3 and §10.2; depth counts edges (Mitsuba's convention: 1 = emission only). Point, spot and directional lights are
 //! reached by light sampling alone, with weight 1; emission seen directly counts in full.
 
+use super::shading::shade;
 use super::sink::{Bounce, Contribution, Sink, Vertex, Via};
 use super::wave::{Paths, Vertices, Wave};
 use crate::accel::bvh::Bvh;
@@ -16,7 +17,7 @@ use crate::sampling::rng::unit_f32;
 use crate::sampling::strategy::{Heuristic, Lights, NoRoulette, Roulette, Strategy, Technique};
 use crate::scene::light::{LightSampler, LightSamples, emitted, environment};
 use crate::scene::material::Evaluated;
-use crate::scene::{Effects, Material, Projection, Scene};
+use crate::scene::{Bsdf, Effects, Material, Projection, Scene};
 use std::ops::Range;
 
 /// A strategy made ready for one scene.
@@ -33,6 +34,8 @@ pub struct PathTracer<'a> {
     environment: Rgb,
     /// Whether all materials are diffuse or black.
     diffuse: bool,
+    /// The BSDFs of materials that are the same everywhere.
+    plain: Vec<Option<Bsdf>>,
 }
 
 /// Largest probability of going on: even a white path must end some time. Each bounce that it limits divides the weight by it,
@@ -58,8 +61,19 @@ impl<'a> PathTracer<'a> {
     /// `lights` must be made for the scene and the strategy.
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a LightSampler, strategy: Strategy) -> Self {
         let (max_depth, roulette_depth) = depths(scene, &strategy);
-        let diffuse = Effects::DIFFUSE.contains(Effects::of_materials(scene));
-        Self { scene, bvh, lights, strategy, max_depth, roulette_depth, environment: environment(scene), diffuse }
+        let diffuse = Effects::DIFFUSE.with(Effects::TEXTURES).contains(Effects::of_materials(scene));
+        let plain = scene.materials.iter().map(Material::plain).collect();
+        Self {
+            scene,
+            bvh,
+            lights,
+            strategy,
+            max_depth,
+            roulette_depth,
+            environment: environment(scene),
+            diffuse,
+            plain,
+        }
     }
 
     /// One sample of the radiance that reaches a pixel.
@@ -147,7 +161,7 @@ impl<'a> PathTracer<'a> {
         sink: &mut S,
     ) {
         let mut vertices = Vertices::<DIFFUSE>::NONE;
-        self.meet(simd, depth, paths, &mut vertices, sink);
+        self.meet(simd, depth, draw, paths, &mut vertices, sink);
         if paths.live == 0 {
             return;
         }
@@ -161,6 +175,7 @@ impl<'a> PathTracer<'a> {
         &self,
         simd: V,
         depth: u32,
+        draw: &Draw,
         paths: &mut Paths,
         vertices: &mut Vertices<DIFFUSE>,
         sink: &mut S,
@@ -197,10 +212,19 @@ impl<'a> PathTracer<'a> {
         for lane in set_bits(paths.live) {
             let (position, normal) = (at.end.p.get(lane), at.end.ng.get(lane));
             sink.vertex(&Vertex { depth, position, normal, shape: at.shape[lane], beta: paths.beta.get(lane) });
-            match self.scene.materials[material[lane] as usize] {
-                Material::Black => paths.end(lane),
-                Material::Diffuse { reflectance } if DIFFUSE => vertices.reflectance.set(lane, reflectance),
-                _ => vertices.material[lane] = material[lane],
+            let normal = vertices.normal.get(lane);
+            let (bsdf, frame) = match (self.plain[material[lane] as usize], hits.get(lane)) {
+                (None, Some(hit)) => {
+                    let draw = Draw { pixel: paths.pixel[lane], sample: paths.sample[lane], ..*draw };
+                    let words = draw.words(group(depth, Decision::Layer));
+                    shade(self.scene, material[lane], (&hit, &at.get(lane)), normal, words)
+                }
+                (plain, _) => (plain.unwrap_or(Bsdf::Black), Frame::new(normal)),
+            };
+            match bsdf {
+                Bsdf::Black => paths.end(lane),
+                Bsdf::Diffuse { reflectance } if DIFFUSE => vertices.reflectance.set(lane, reflectance),
+                _ => (vertices.bsdf[lane], vertices.frame[lane]) = (bsdf, frame),
             }
         }
         paths.live &= !bits(&grazing);
@@ -286,11 +310,10 @@ impl<'a> PathTracer<'a> {
         let (mut scattered, mut pdf_direction) = (Vec3Lanes::ZERO, [0.0; LANES]);
         let (mut shadow, mut dark) = (Rays::ZERO, [0; LANES]);
         for lane in 0..LANES {
-            let frame = Frame::new(vertices.normal.get(lane));
+            let frame = vertices.frame(lane);
             let (wo, wi) = (frame.to_local(paths.wo.get(lane)), frame.to_local(light.wi.get(lane)));
-            let material = vertices.material(self.scene, lane);
             let Evaluated { value: f, pdf } =
-                material.eval(&self.scene.transmittances, self.strategy.directions, wo, wi);
+                vertices.bsdf(lane).eval(&self.scene.transmittances, self.strategy.directions, wo, wi);
             dark[lane] = u32::from(f == Rgb::ZERO);
             scattered.set(lane, f);
             let only_light = light.delta[lane] || self.strategy.heuristic == Heuristic::None;
@@ -338,14 +361,13 @@ impl<'a> PathTracer<'a> {
         let words = draw.words_lanes(&paths.pixel, &paths.sample, group(depth, Decision::Direction));
         let mut wo = Vec3Lanes::ZERO;
         for lane in 0..LANES {
-            wo.set(lane, Frame::new(vertices.normal.get(lane)).to_local(paths.wo.get(lane)));
+            wo.set(lane, vertices.frame(lane).to_local(paths.wo.get(lane)));
         }
         let (mut wi, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
         let (mut value, mut delta) = (Vec3Lanes::ZERO, [0; LANES]);
         for lane in 0..LANES {
-            let material = vertices.material(self.scene, lane);
             let (tables, directions) = (&self.scene.transmittances, self.strategy.directions);
-            let sample = material.sample(tables, directions, wo.get(lane), lane_of(&words, lane));
+            let sample = vertices.bsdf(lane).sample(tables, directions, wo.get(lane), lane_of(&words, lane));
             wi.set(lane, sample.map_or(Vec3::Z, |s| s.wi));
             pdf[lane] = sample.map_or(0.0, |s| s.pdf);
             value.set(lane, sample.map_or(Rgb::ZERO, |s| s.value));
@@ -359,7 +381,7 @@ impl<'a> PathTracer<'a> {
             let beta = paths.beta.get(lane) * (value.get(lane) / pdf[lane]);
             absorbed[lane] = u32::from((pdf[lane] == 0.0) | (beta == Rgb::ZERO));
             paths.beta.set(lane, beta);
-            paths.wo.set(lane, -Frame::new(vertices.normal.get(lane)).to_world(wi.get(lane)));
+            paths.wo.set(lane, -vertices.frame(lane).to_world(wi.get(lane)));
         }
         paths.pdf = pdf;
         paths.delta = bits(&delta);

@@ -3,9 +3,9 @@
 
 use crate::accel::{Rays, SurfaceLanes};
 use crate::math::lanes::set_bits;
-use crate::math::{LANES, Rgb, Vec3Lanes};
+use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
 use crate::moments::BATCH;
-use crate::scene::{Material, Scene};
+use crate::scene::Bsdf;
 use std::ops::Range;
 
 /// All lanes.
@@ -176,19 +176,33 @@ pub(super) struct Vertices<const DIFFUSE: bool> {
     pub(super) normal: Vec3Lanes,
     /// Where all is diffuse; zero in lanes without a surface.
     pub(super) reflectance: Vec3Lanes,
-    /// Where not; 0, which is black, in lanes without a surface.
-    pub(super) material: [u32; LANES],
+    /// Where not; black in lanes without a surface. In the frames, z is the shading normal.
+    pub(super) bsdf: [Bsdf; LANES],
+    pub(super) frame: [Frame; LANES],
 }
 
 impl<const DIFFUSE: bool> Vertices<DIFFUSE> {
-    pub(super) const NONE: Self =
-        Self { at: SurfaceLanes::NONE, normal: Vec3Lanes::ZERO, reflectance: Vec3Lanes::ZERO, material: [0; LANES] };
+    pub(super) const NONE: Self = Self {
+        at: SurfaceLanes::NONE,
+        normal: Vec3Lanes::ZERO,
+        reflectance: Vec3Lanes::ZERO,
+        bsdf: [Bsdf::Black; LANES],
+        frame: [Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z }; LANES],
+    };
 
     #[inline(always)]
-    pub(super) fn material(&self, scene: &Scene, lane: usize) -> Material {
+    pub(super) fn bsdf(&self, lane: usize) -> Bsdf {
         match DIFFUSE {
-            true => Material::Diffuse { reflectance: self.reflectance.get(lane) },
-            false => scene.materials[self.material[lane] as usize],
+            true => Bsdf::Diffuse { reflectance: self.reflectance.get(lane) },
+            false => self.bsdf[lane],
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn frame(&self, lane: usize) -> Frame {
+        match DIFFUSE {
+            true => Frame::new(self.normal.get(lane)),
+            false => self.frame[lane],
         }
     }
 }

@@ -62,10 +62,8 @@ fn rays_per_sample(prepared: &Arc<PreparedScene>) -> f64 {
 
 /// An empty scene with a camera, and one diffuse material of number 1.
 fn empty() -> Scene {
-    let mut scene = Scene {
-        materials: vec![Material::Black, Material::Diffuse { reflectance: Vec3::splat(0.7) }],
-        ..Scene::default()
-    };
+    let mut scene =
+        Scene { materials: vec![Bsdf::Black, Bsdf::Diffuse { reflectance: Vec3::splat(0.7) }], ..Scene::default() };
     scene.film.size = FILM;
     scene.film.crop_size = FILM;
     scene.depth.max = Some(8);

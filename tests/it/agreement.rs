@@ -310,7 +310,7 @@ fn small_faults_are_rejected() {
     for factor in [0.99f32, 1.01] {
         let albedo = |scene: &mut Scene| {
             for material in &mut scene.materials {
-                if let Material::Diffuse { reflectance } = material {
+                if let Bsdf::Diffuse { reflectance } = material {
                     *reflectance *= factor;
                 }
             }
@@ -369,7 +369,7 @@ impl Naive {
                 total += beta * emitted(scene, &at, wo);
             }
             let (material, normal) = if at.ns.dot(wo) > 0.0 { (shape.front, at.ns) } else { (shape.back, -at.ns) };
-            let Material::Diffuse { reflectance } = scene.materials[material as usize] else { break };
+            let Bsdf::Diffuse { reflectance } = scene.materials[material as usize] else { break };
             if scene.depth.max.is_some_and(|max| depth >= max) {
                 break;
             }

@@ -46,7 +46,7 @@ struct Form {
 struct Builder(Scene);
 
 fn scene(rho: f32, depth: Option<u32>, roulette: u32) -> Builder {
-    let materials = vec![Material::Black, Material::Diffuse { reflectance: Vec3::splat(rho) }];
+    let materials = vec![Bsdf::Black, Bsdf::Diffuse { reflectance: Vec3::splat(rho) }];
     let mut scene = Scene { materials, ..Scene::default() };
     scene.depth.max = depth;
     scene.depth.roulette = roulette;
@@ -171,7 +171,7 @@ fn concentric(inner: bool) -> Form {
     let j2 = (e2_ + p2 * f * e1_) / (1.0 - p2 * (f * p1 + 1.0 - f));
     let j1 = e1_ + p1 * j2;
     let mut b = scene(rho1, None, 4);
-    b.0.materials.push(Material::Diffuse { reflectance: Vec3::splat(rho2) });
+    b.0.materials.push(Bsdf::Diffuse { reflectance: Vec3::splat(rho2) });
     let b = b.add(sphere(Vec3::ZERO, r1, false), 1, e1).add(sphere(Vec3::ZERO, r2, true), 2, e2);
     let from = Vec3::new(0.0, 1.5, 0.1);
     let at = if inner { Vec3::new(0.1, 0.1, 0.1) } else { Vec3::new(1.0, 2.0, -0.5) };
@@ -506,7 +506,7 @@ fn half_a_percent_of_albedo_is_rejected() {
         for factor in [0.995, 1.005] {
             let mut scene = form.scene.clone();
             for material in &mut scene.materials {
-                if let Material::Diffuse { reflectance } = material {
+                if let Bsdf::Diffuse { reflectance } = material {
                     *reflectance = (*reflectance * factor).min(Vec3::ONE);
                 }
             }

@@ -17,7 +17,7 @@ const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::Z];
 /// A scene around which a map shines.
 pub(crate) fn mapped(map: EnvironmentMap) -> Scene {
     Scene {
-        materials: vec![Material::Black],
+        materials: vec![Bsdf::Black],
         lights: vec![Light::EnvironmentMap],
         environment_map: Some(Arc::new(map)),
         ..Scene::default()

@@ -459,7 +459,7 @@ fn closed_ball(radius: f32, center: Vec3) -> Scene {
         triangles = triangles.iter().flat_map(subdivided).collect();
     }
     let mut scene = Scene {
-        materials: vec![Material::Black, Material::Diffuse { reflectance: Vec3::ONE }],
+        materials: vec![Bsdf::Black, Bsdf::Diffuse { reflectance: Vec3::ONE }],
         lights: vec![Light::Constant { radiance: Vec3::ONE }],
         ..Scene::default()
     };

@@ -43,16 +43,16 @@ fn material(w: &Words) -> Material {
     let coat = Coat { eta, internal: w.f(16), nonlinear: w.w(15) != 0, specular_weight: w.f(17) };
     let (transmittance, specular) = (second, second);
     match w.w(3) {
-        0 => Material::Black,
-        1 => Material::Diffuse { reflectance },
-        2 => Material::Conductor { eta: second, k, reflectance },
-        3 => Material::Dielectric { eta, reflectance, transmittance },
-        4 => Material::ThinDielectric { eta, reflectance, transmittance },
-        5 => Material::Null,
-        6 => Material::RoughConductor { facets, eta: second, k, reflectance },
-        7 => Material::RoughDielectric { facets, eta, reflectance, transmittance },
-        8 => Material::Plastic { coat, reflectance, specular },
-        _ => Material::RoughPlastic { facets, coat, table: w.w(14) - FIRST_TABLE, reflectance, specular },
+        0 => Bsdf::Black,
+        1 => Bsdf::Diffuse { reflectance },
+        2 => Bsdf::Conductor { eta: second, k, reflectance },
+        3 => Bsdf::Dielectric { eta, reflectance, transmittance },
+        4 => Bsdf::ThinDielectric { eta, reflectance, transmittance },
+        5 => Bsdf::Null,
+        6 => Bsdf::RoughConductor { facets, eta: second, k, reflectance },
+        7 => Bsdf::RoughDielectric { facets, eta, reflectance, transmittance },
+        8 => Bsdf::Plastic { coat, reflectance, specular },
+        _ => Bsdf::RoughPlastic { facets, coat, table: w.w(14) - FIRST_TABLE, reflectance, specular },
     }
 }
 
@@ -212,7 +212,9 @@ fn math(tables: &[Transmittance]) -> Vec<Case<'_>> {
         .nudged(),
         Case::new(26, "exp_neg", 8.0, of("s"), |w| float(special::exp_neg(w.f(0)))),
         Case::new(27, "ln", 8.0, logarithm, |w| float(special::ln(w.f(0)))),
-        Case::new(28, "erf", 8.0, of("s"), |w| Answer::default().sized(0, 0.0, &[special::erf(w.f(0)), special::erfcx(w.f(0).abs())])),
+        Case::new(28, "erf", 8.0, of("s"), |w| {
+            Answer::default().sized(0, 0.0, &[special::erf(w.f(0)), special::erfcx(w.f(0).abs())])
+        }),
         Case::new(29, "erf_inv", 8.0, of("u"), |w| float(special::erf_inv(w.f(0)))),
         Case::new(30, "material_eval", 64.0, pair, |w| {
             let e = material(w).eval(tables, DIRECTIONS[w.w(18) as usize], w.v(19), w.v(22));

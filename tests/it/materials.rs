@@ -22,7 +22,7 @@ fn from_angle(degrees: f32) -> Vec3 {
 }
 
 fn glass(eta: f32) -> Material {
-    Material::Dielectric { eta, reflectance: Rgb::ONE, transmittance: Rgb::ONE }
+    Bsdf::Dielectric { eta, reflectance: Rgb::ONE, transmittance: Rgb::ONE }
 }
 
 fn drawn(material: Material, wo: Vec3, words: [u32; 4]) -> Scattered {
@@ -66,15 +66,14 @@ fn glass_obeys_snell_and_fresnel() {
     assert!(drawn(glass(1.5), Vec3::new(1.0, 0.0, 1e-6).normalize(), REFLECT).pdf > 0.9999);
     assert!(glass(1.5).sample(&[], Directions::Bsdf, -Vec3::Z, REFLECT).is_none());
     // A pane: light goes straight on; all reflections inside add up to 2R/(1 + R).
-    let pane = Material::ThinDielectric { eta: 1.5, reflectance: Rgb::ONE, transmittance: Rgb::ONE };
+    let pane = Bsdf::ThinDielectric { eta: 1.5, reflectance: Rgb::ONE, transmittance: Rgb::ONE };
     let (off, on) = (drawn(pane, Vec3::Z, REFLECT), drawn(pane, Vec3::Z, TRANSMIT));
     assert!(close(off.pdf, 0.08 / 1.04) && close(off.pdf + on.value.x, 1.0) && on.wi == -Vec3::Z && on.eta == 1.0);
 }
 
 #[test]
 fn metals_obey_fresnel() {
-    let metal =
-        |eta: f32, k: f32| Material::Conductor { eta: Rgb::splat(eta), k: Rgb::splat(k), reflectance: Rgb::ONE };
+    let metal = |eta: f32, k: f32| Bsdf::Conductor { eta: Rgb::splat(eta), k: Rgb::splat(k), reflectance: Rgb::ONE };
     let value = |m: Material, degrees: f32| drawn(m, from_angle(degrees), REFLECT).value.x;
     // ((η − 1)² + k²)/((η + 1)² + k²)
     for (eta, k) in [(0.2f32, 3.9f32), (1.5, 7.0), (2.0, 0.5)] {

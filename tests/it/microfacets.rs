@@ -20,16 +20,16 @@ fn facets(distribution: Distribution, x: f32, y: f32) -> Microfacets {
 
 /// Every microfacet is a perfect mirror.
 fn mirrors(facets: Microfacets) -> Material {
-    Material::RoughConductor { facets, eta: Rgb::ZERO, k: Rgb::ONE, reflectance: Rgb::ONE }
+    Bsdf::RoughConductor { facets, eta: Rgb::ZERO, k: Rgb::ONE, reflectance: Rgb::ONE }
 }
 
 fn glass(facets: Microfacets, eta: f32) -> Material {
-    Material::RoughDielectric { facets, eta, reflectance: Rgb::ONE, transmittance: Rgb::ONE }
+    Bsdf::RoughDielectric { facets, eta, reflectance: Rgb::ONE, transmittance: Rgb::ONE }
 }
 
 fn plastic(eta: f32, reflectance: f32, nonlinear: bool) -> Material {
     let coat = Coat { eta, internal: diffuse_reflectance(1.0 / eta), nonlinear, specular_weight: 0.6 };
-    Material::Plastic { coat, reflectance: Rgb::splat(reflectance), specular: Rgb::ONE }
+    Bsdf::Plastic { coat, reflectance: Rgb::splat(reflectance), specular: Rgb::ONE }
 }
 
 /// With its table.
@@ -38,7 +38,7 @@ fn rough_plastic(facets: Microfacets, eta: f32, reflectance: f32) -> (Material, 
     let coat = Coat { eta, internal, nonlinear: false, specular_weight: 0.6 };
     let reflectance = Rgb::splat(reflectance);
     let table = Transmittance::new(&facets, eta);
-    (Material::RoughPlastic { facets, coat, table: 0, reflectance, specular: Rgb::ONE }, [table])
+    (Bsdf::RoughPlastic { facets, coat, table: 0, reflectance, specular: Rgb::ONE }, [table])
 }
 
 fn from_angle(degrees: f32) -> Vec3 {

@@ -183,7 +183,7 @@ fn filters_follow_their_densities() {
 #[test]
 fn diffuse_samples_follow_their_densities() {
     const TEST: &str = "diffuse";
-    let material = Material::Diffuse { reflectance: Vec3::new(0.2, 0.5, 0.9) };
+    let material = Bsdf::Diffuse { reflectance: Vec3::new(0.2, 0.5, 0.9) };
     let wo = Vec3::new(0.6, 0.0, 0.8);
     for directions in [Directions::Uniform, Directions::Cosine, Directions::Bsdf] {
         let p = |factor: f32| {
@@ -213,7 +213,7 @@ fn diffuse_samples_follow_their_densities() {
             let Scattered { wi, pdf, .. } = material.sample(&[], directions, wo, w).unwrap();
             assert!(wi.z > 0.0 && wi.is_normalized() && pdf > 0.0);
         }
-        assert!(Material::Black.sample(&[], directions, wo, [1; 4]).is_none());
+        assert!(Bsdf::Black.sample(&[], directions, wo, [1; 4]).is_none());
         assert_eq!(material.eval(&[], directions, wo, -wo).pdf, 0.0);
     }
     assert_eq!(material.eval(&[], Directions::Bsdf, wo, -wo).value, Vec3::ZERO);

@@ -25,6 +25,10 @@ const uint MATERIAL_ROUGH_CONDUCTOR = 6u;
 const uint MATERIAL_ROUGH_DIELECTRIC = 7u;
 const uint MATERIAL_PLASTIC = 8u;
 const uint MATERIAL_ROUGH_PLASTIC = 9u;
+const uint MATERIAL_MIXTURE = 10u;
+const uint MIXTURE_DEPTH = 4u;
+// Of roughness.
+const float SMALLEST_ALPHA = 1e-4, LARGEST_ALPHA = 100.0;
 
 // Fields that a kind has no use for are 0.
 struct Material {
@@ -44,6 +48,10 @@ struct Material {
     uint nonlinear;
     float internal;
     float specular_weight;
+    // Of reflectance, second and alpha; NONE where they are the same everywhere.
+    uvec4 textures;
+    // What a mixture is made of; alpha.x is the weight of the second.
+    uvec2 materials;
 };
 
 // Whether a material is of this kind, in kernels that know it.

@@ -2,14 +2,16 @@
 
 use super::buffer::Buffer;
 use super::commands::Commands;
+use crate::accel::QuadricMap;
 use crate::accel::compact::{CompactBvh, CompactTree};
 use crate::error::Result;
-use crate::math::{Rgb, Vec3, warp};
+use crate::math::{Rgb, Vec2, Vec3, warp};
 use crate::sampling::strategy::{Heuristic, Lights, Strategy};
 use crate::sampling::{Sequence, strategy::Directions};
 use crate::scene::light::{LightTables, environment};
 use crate::scene::material::{Coat, Distribution, Microfacets};
-use crate::scene::{Camera, Effects, EnvironmentMap, Filter, Geometry, Light, Material, Projection, Scene};
+use crate::scene::texture::{Input, PackedTexture};
+use crate::scene::{Bsdf, Camera, Effects, EnvironmentMap, Filter, Geometry, Light, Material, Projection, Scene};
 use bytemuck::{Pod, Zeroable};
 
 /// The scene's part, shared by all strategies.
@@ -25,6 +27,11 @@ pub(super) struct SceneBuffers {
     shapes: Buffer,
     materials: Buffer,
     transmittances: Buffer,
+    uvs: Buffer,
+    quadric_maps: Buffer,
+    textures: Buffer,
+    texels: Buffer,
+    attributes: Buffer,
     radiances: Buffer,
     environment_map: Option<EnvironmentMapBuffers>,
     triangle_tree: (u32, [[f32; 3]; 2]),
@@ -38,9 +45,16 @@ pub(super) struct SceneBuffers {
 impl SceneBuffers {
     pub(super) fn new(commands: &mut Commands, scene: &Scene, bvh: &CompactBvh) -> Result<Self> {
         let mut up = |bytes: &[u8]| commands.upload(bytes);
-        let smooth = Effects::of(scene, false).contains(Effects::SMOOTH_NORMALS);
+        let effects = Effects::of(scene, false);
+        let smooth = effects.contains(Effects::SMOOTH_NORMALS);
+        let mapped = effects.intersects(Effects::TEXTURES.with(Effects::TANGENTS));
+        let indexed = smooth || mapped;
         let vertices: Vec<[u32; 3]> =
-            if smooth { scene.triangles.iter().map(|t| t.vertices).collect() } else { Vec::new() };
+            if indexed { scene.triangles.iter().map(|t| t.vertices).collect() } else { Vec::new() };
+        let uvs: &[Vec2] = if mapped { &scene.uvs } else { &[] };
+        let maps = scene.shapes.iter().filter_map(QuadricMap::new);
+        let quadric_maps: Vec<QuadricMap> = if mapped { maps.collect() } else { Vec::new() };
+        let textures: Vec<PackedTexture> = scene.textures.iter().map(PackedTexture::from).collect();
         let normals: &[Vec3] = if smooth { &scene.normals } else { &[] };
         let mut quadrics = 0..;
         let shapes: Vec<[u32; 4]> = scene
@@ -74,6 +88,11 @@ impl SceneBuffers {
             shapes: up(bytemuck::cast_slice(&shapes))?,
             materials: up(bytemuck::cast_slice(&materials))?,
             transmittances: up(bytemuck::cast_slice(&transmittances))?,
+            uvs: up(bytemuck::cast_slice(uvs))?,
+            quadric_maps: up(bytemuck::cast_slice(&quadric_maps))?,
+            textures: up(bytemuck::cast_slice(&textures))?,
+            texels: up(bytemuck::cast_slice(&scene.texels))?,
+            attributes: up(bytemuck::cast_slice(&scene.attributes))?,
             radiances: up(bytemuck::cast_slice(&radiances))?,
             triangle_tree: tree(&bvh.triangle_tree),
             quadric_tree: tree(&bvh.quadric_tree),
@@ -142,43 +161,66 @@ struct MaterialAt {
     nonlinear: u32,
     internal: f32,
     specular_weight: f32,
+    /// Of `reflectance`, `second` and `alpha`; [`u32::MAX`] where they are the same everywhere.
+    textures: [u32; 4],
+    materials: [u32; 2],
 }
 
 impl MaterialAt {
     fn of(material: &Material) -> Self {
-        let zero = Self::default();
-        let plain = |kind, reflectance: &Rgb, second: &Rgb| Self {
-            kind,
-            reflectance: (*reflectance).into(),
-            second: (*second).into(),
-            ..zero
+        let zero = Self { textures: [u32::MAX; 4], ..Self::default() };
+        let (zero_input, split) = (Input::Value(Rgb::ZERO), |input: &Input| match *input {
+            Input::Value(value) => (value.to_array(), u32::MAX),
+            Input::Texture(index) => ([0.0; 3], index),
+        });
+        let plain = |kind, reflectance: &Input, second: &Input| {
+            let ((reflectance, a), (second, b)) = (split(reflectance), split(second));
+            Self { kind, reflectance, second, textures: [a, b, u32::MAX, u32::MAX], ..zero }
         };
-        match material {
-            Material::Black => zero,
-            Material::Diffuse { reflectance } => plain(1, reflectance, &Rgb::ZERO),
-            Material::Conductor { eta, k, reflectance } => Self { k: (*k).into(), ..plain(2, reflectance, eta) },
-            Material::Dielectric { eta, reflectance, transmittance } => {
+        let conductor = |kind, eta: &Rgb, k: &Rgb, reflectance: &Input| Self {
+            second: (*eta).into(),
+            k: (*k).into(),
+            ..plain(kind, reflectance, &zero_input)
+        };
+        match &material.bsdf {
+            Bsdf::Black => zero,
+            Bsdf::Diffuse { reflectance } => plain(1, reflectance, &zero_input),
+            Bsdf::Conductor { eta, k, reflectance } => conductor(2, eta, k, reflectance),
+            Bsdf::Dielectric { eta, reflectance, transmittance } => {
                 Self { eta: *eta, ..plain(3, reflectance, transmittance) }
             }
-            Material::ThinDielectric { eta, reflectance, transmittance } => {
+            Bsdf::ThinDielectric { eta, reflectance, transmittance } => {
                 Self { eta: *eta, ..plain(4, reflectance, transmittance) }
             }
-            Material::Null => Self { kind: 5, ..zero },
-            Material::RoughConductor { facets, eta, k, reflectance } => {
-                Self { k: (*k).into(), ..plain(6, reflectance, eta) }.rough(facets)
-            }
-            Material::RoughDielectric { facets, eta, reflectance, transmittance } => {
+            Bsdf::Null => Self { kind: 5, ..zero },
+            Bsdf::RoughConductor { facets, eta, k, reflectance } => conductor(6, eta, k, reflectance).rough(facets),
+            Bsdf::RoughDielectric { facets, eta, reflectance, transmittance } => {
                 Self { eta: *eta, ..plain(7, reflectance, transmittance) }.rough(facets)
             }
-            Material::Plastic { coat, reflectance, specular } => plain(8, reflectance, specular).coated(coat),
-            Material::RoughPlastic { facets, coat, table, reflectance, specular } => {
+            Bsdf::Plastic { coat, reflectance, specular } => plain(8, reflectance, specular).coated(coat),
+            Bsdf::RoughPlastic { facets, coat, table, reflectance, specular } => {
                 Self { table: *table, ..plain(9, reflectance, specular) }.coated(coat).rough(facets)
+            }
+            Bsdf::Mixture { weight, materials } => {
+                Self { kind: 10, materials: *materials, ..zero }.numbers([*weight, zero_input])
             }
         }
     }
 
-    fn rough(self, facets: &Microfacets) -> Self {
-        Self { distribution: u32::from(facets.distribution == Distribution::Beckmann), alpha: facets.alpha, ..self }
+    /// With these for `alpha`.
+    fn numbers(mut self, inputs: [Input; 2]) -> Self {
+        for (k, input) in inputs.into_iter().enumerate() {
+            match input {
+                Input::Value(value) => self.alpha[k] = value.x,
+                Input::Texture(index) => self.textures[2 + k] = index,
+            }
+        }
+        self
+    }
+
+    fn rough(self, facets: &Microfacets<Input>) -> Self {
+        let distribution = u32::from(facets.distribution == Distribution::Beckmann);
+        Self { distribution, ..self }.numbers(facets.alpha)
     }
 
     fn coated(self, coat: &Coat) -> Self {
@@ -254,6 +296,11 @@ struct Tracer {
     shapes: u64,
     materials: u64,
     transmittances: u64,
+    uvs: u64,
+    quadric_maps: u64,
+    textures: u64,
+    texels: u64,
+    attributes: u64,
     radiances: u64,
     top_level: u64,
     lights: LightsAt,
@@ -372,6 +419,11 @@ impl TracerBuffers {
             shapes: b.shapes.address,
             materials: b.materials.address,
             transmittances: b.transmittances.address,
+            uvs: b.uvs.address,
+            quadric_maps: b.quadric_maps.address,
+            textures: b.textures.address,
+            texels: b.texels.address,
+            attributes: b.attributes.address,
             radiances: b.radiances.address,
             top_level,
             lights: LightsAt {

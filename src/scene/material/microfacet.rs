@@ -25,11 +25,19 @@ pub(crate) const ROUGHNESS: std::ops::RangeInclusive<f32> = 1e-4..=100.0;
 
 /// Microfacets with roughness α along the local x and y axes (root-mean-square slope times √2 for [`Distribution::Beckmann`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Microfacets {
+pub struct Microfacets<S = f32> {
     /// Distribution of slopes.
     pub distribution: Distribution,
     /// Roughness along x and y, within [`ROUGHNESS`].
-    pub alpha: [f32; 2],
+    pub alpha: [S; 2],
+}
+
+impl<S> Microfacets<S> {
+    /// With other numbers.
+    #[inline(always)]
+    pub fn map<T>(&self, number: impl Fn(&S) -> T) -> Microfacets<T> {
+        Microfacets { distribution: self.distribution, alpha: self.alpha.each_ref().map(number) }
+    }
 }
 
 /// What a lobe is made of, for one pair of directions.

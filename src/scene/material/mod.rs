@@ -1,5 +1,6 @@
 //! Surface materials: one file per kind.
 
+mod check;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -11,9 +12,12 @@ mod rough_dielectric;
 mod thin_dielectric;
 mod transmittance;
 
+use super::Scene;
+use super::texture::{Input, Lookup};
 use crate::math::{Rgb, Vec3};
 use crate::sampling::strategy::Directions;
 
+pub(super) use check::depth;
 pub(crate) use microfacet::ROUGHNESS;
 pub use microfacet::{Distribution, Microfacets};
 pub use plastic::Coat;
@@ -22,15 +26,45 @@ pub use transmittance::{Transmittance, diffuse_reflectance, diffuse_rough_reflec
 /// Largest index of refraction, of either side over the other: beyond it squares leave the range of floats.
 pub(crate) const LARGEST_INDEX: f32 = 1e6;
 
-/// What a surface does to light. One side of a shape; see [`super::Shape::front`].
+/// One side of a surface; see [`super::Shape::front`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Material {
+pub struct Material {
+    /// What it does to light.
+    pub bsdf: Bsdf<Input, Input>,
+}
+
+impl Material {
+    /// Reflects nothing.
+    pub const BLACK: Self = Self { bsdf: Bsdf::Black };
+}
+
+impl Material {
+    /// Its BSDF, if that is the same everywhere and in all frames.
+    pub fn plain(&self) -> Option<Bsdf> {
+        let varies = |i: &Input| matches!(i, Input::Texture(_));
+        let value = |i: &Input| if let Input::Value(v) = i { *v } else { Rgb::ZERO };
+        let bsdf = self.bsdf.map(value, |i| value(i).x);
+        let plain = !self.bsdf.any(varies, varies) && !bsdf.is_anisotropic();
+        (plain && !matches!(bsdf, Bsdf::Mixture { .. })).then_some(bsdf)
+    }
+}
+
+impl From<Bsdf> for Material {
+    /// The same everywhere.
+    fn from(bsdf: Bsdf) -> Self {
+        Self { bsdf: bsdf.map(|c| Input::Value(*c), |x| Input::Value(Rgb::splat(*x))) }
+    }
+}
+
+/// How light is scattered. `C`: its colours, and `S`: its numbers, that may vary over the surface; values at a point, or inputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bsdf<C = Rgb, S = f32> {
     /// Reflects nothing.
     Black,
     /// Lambertian reflection.
     Diffuse {
         /// Albedo per channel, in \[0, 1\].
-        reflectance: Rgb,
+        reflectance: C,
     },
     /// A smooth metal; a perfect mirror where η = 0 and k = 1.
     Conductor {
@@ -39,72 +73,154 @@ pub enum Material {
         /// Its imaginary part.
         k: Rgb,
         /// Factor of what is reflected, in \[0, 1\].
-        reflectance: Rgb,
+        reflectance: C,
     },
     /// A smooth interface between dielectrics.
     Dielectric {
         /// Index of refraction of the other side over that of this one.
         eta: f32,
         /// Factor of what is reflected, in \[0, 1\].
-        reflectance: Rgb,
+        reflectance: C,
         /// Factor of what is refracted, in \[0, 1\].
-        transmittance: Rgb,
+        transmittance: C,
     },
     /// A pane that is too thin to bend light.
     ThinDielectric {
         /// Index of refraction of the pane over that around it.
         eta: f32,
         /// Factor of what is reflected, in \[0, 1\].
-        reflectance: Rgb,
+        reflectance: C,
         /// Factor of what goes through, in \[0, 1\].
-        transmittance: Rgb,
+        transmittance: C,
     },
     /// Nothing: light goes on.
     Null,
     /// A rough metal.
     RoughConductor {
         /// Its microfacets.
-        facets: Microfacets,
+        facets: Microfacets<S>,
         /// Real part of the index of refraction per channel, relative to the medium before it.
         eta: Rgb,
         /// Its imaginary part.
         k: Rgb,
         /// Factor of what is reflected, in \[0, 1\].
-        reflectance: Rgb,
+        reflectance: C,
     },
     /// A rough interface between dielectrics.
     RoughDielectric {
         /// Its microfacets.
-        facets: Microfacets,
+        facets: Microfacets<S>,
         /// Index of refraction of the other side over that of this one; not 1.
         eta: f32,
         /// Factor of what is reflected, in \[0, 1\].
-        reflectance: Rgb,
+        reflectance: C,
         /// Factor of what is refracted, in \[0, 1\].
-        transmittance: Rgb,
+        transmittance: C,
     },
     /// A diffuse base under a smooth dielectric coat.
     Plastic {
         /// The coat.
         coat: Coat,
         /// Albedo of the base, in \[0, 1\].
-        reflectance: Rgb,
+        reflectance: C,
         /// Factor of what the coat reflects, in \[0, 1\].
-        specular: Rgb,
+        specular: C,
     },
     /// A diffuse base under a rough dielectric coat.
     RoughPlastic {
         /// Microfacets of the coat.
-        facets: Microfacets,
+        facets: Microfacets<S>,
         /// The coat.
         coat: Coat,
         /// What passes the coat; index into [`super::Scene::transmittances`].
         table: u32,
         /// Albedo of the base, in \[0, 1\].
-        reflectance: Rgb,
+        reflectance: C,
         /// Factor of what the coat reflects, in \[0, 1\].
-        specular: Rgb,
+        specular: C,
     },
+    /// One of two materials, chosen at each vertex.
+    Mixture {
+        /// Probability of the second, in \[0, 1\].
+        weight: S,
+        /// Indices into [`super::Scene::materials`], below its own.
+        materials: [u32; 2],
+    },
+}
+
+/// Mixtures inside mixtures.
+pub(crate) const MIXTURE_DEPTH: usize = 4;
+
+impl<C, S> Bsdf<C, S> {
+    /// With other colours and numbers.
+    #[inline(always)]
+    pub fn map<D, T>(&self, color: impl Fn(&C) -> D, number: impl Fn(&S) -> T) -> Bsdf<D, T> {
+        let rough = |facets: &Microfacets<S>| facets.map(&number);
+        match self {
+            Self::Black => Bsdf::Black,
+            Self::Null => Bsdf::Null,
+            Self::Diffuse { reflectance } => Bsdf::Diffuse { reflectance: color(reflectance) },
+            Self::Conductor { eta, k, reflectance } => {
+                Bsdf::Conductor { eta: *eta, k: *k, reflectance: color(reflectance) }
+            }
+            Self::Dielectric { eta, reflectance, transmittance } => {
+                Bsdf::Dielectric { eta: *eta, reflectance: color(reflectance), transmittance: color(transmittance) }
+            }
+            Self::ThinDielectric { eta, reflectance, transmittance } => {
+                Bsdf::ThinDielectric { eta: *eta, reflectance: color(reflectance), transmittance: color(transmittance) }
+            }
+            Self::RoughConductor { facets, eta, k, reflectance } => {
+                Bsdf::RoughConductor { facets: rough(facets), eta: *eta, k: *k, reflectance: color(reflectance) }
+            }
+            Self::RoughDielectric { facets, eta, reflectance, transmittance } => Bsdf::RoughDielectric {
+                facets: rough(facets),
+                eta: *eta,
+                reflectance: color(reflectance),
+                transmittance: color(transmittance),
+            },
+            Self::Plastic { coat, reflectance, specular } => {
+                Bsdf::Plastic { coat: *coat, reflectance: color(reflectance), specular: color(specular) }
+            }
+            Self::RoughPlastic { facets, coat, table, reflectance, specular } => Bsdf::RoughPlastic {
+                facets: rough(facets),
+                coat: *coat,
+                table: *table,
+                reflectance: color(reflectance),
+                specular: color(specular),
+            },
+            Self::Mixture { weight, materials } => Bsdf::Mixture { weight: number(weight), materials: *materials },
+        }
+    }
+
+    /// Whether an input is of some kind.
+    pub fn any(&self, color: impl Fn(&C) -> bool, number: impl Fn(&S) -> bool) -> bool {
+        let found = std::cell::Cell::new(false);
+        self.map(|c| found.set(found.get() | color(c)), |x| found.set(found.get() | number(x)));
+        found.get()
+    }
+}
+
+impl<C, S: PartialEq> Bsdf<C, S> {
+    /// Its microfacets.
+    pub fn facets(&self) -> Option<&Microfacets<S>> {
+        match self {
+            Self::RoughConductor { facets, .. } => Some(facets),
+            Self::RoughDielectric { facets, .. } | Self::RoughPlastic { facets, .. } => Some(facets),
+            _ => None,
+        }
+    }
+
+    /// Whether roughness differs along the axes of the frame.
+    pub fn is_anisotropic(&self) -> bool {
+        self.facets().is_some_and(|f| f.alpha[0] != f.alpha[1])
+    }
+}
+
+impl Bsdf<Input, Input> {
+    /// What it is at a surface point.
+    pub fn at(&self, scene: &Scene, lookup: &Lookup) -> Bsdf {
+        self.map(|c| c.eval(scene, lookup), |x| x.eval(scene, lookup).x).bounded()
+    }
 }
 
 /// A BSDF for one pair of directions, without delta lobes.
@@ -112,7 +228,7 @@ pub enum Material {
 pub struct Evaluated {
     /// The BSDF times |cos θi|.
     pub value: Rgb,
-    /// Density with which [`Material::sample`] draws `wi`, sr⁻¹.
+    /// Density with which [`Bsdf::sample`] draws `wi`, sr⁻¹.
     pub pdf: f32,
 }
 
@@ -152,7 +268,20 @@ impl Scattered {
 
 /// Directions are unit vectors that point away from the surface, in the local frame: z = the shading normal on the side of `wo`.
 /// Densities are over solid angle. `tables`: [`super::Scene::transmittances`].
-impl Material {
+impl Bsdf {
+    /// With roughness that floats can hold, whatever a texture says.
+    fn bounded(mut self) -> Self {
+        match &mut self {
+            Self::RoughConductor { facets, .. }
+            | Self::RoughDielectric { facets, .. }
+            | Self::RoughPlastic { facets, .. } => {
+                facets.alpha = facets.alpha.map(|a| a.clamp(*ROUGHNESS.start(), *ROUGHNESS.end()));
+            }
+            _ => {}
+        }
+        self
+    }
+
     /// The BSDF and its density, without delta lobes.
     #[inline(always)]
     pub fn eval(&self, tables: &[Transmittance], directions: Directions, wo: Vec3, wi: Vec3) -> Evaluated {

@@ -34,7 +34,7 @@ pub fn load(path: &Path, options: &Options) -> Result<Scene> {
 pub fn parse_str(text: &str, path: &Path, options: &Options) -> Result<Scene> {
     let tree = reader::read(text, path, options)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let scene = Scene { name, materials: vec![crate::scene::Material::Black], ..Default::default() };
+    let scene = Scene { name, materials: vec![crate::scene::Material::BLACK], ..Default::default() };
     let mut builder = Builder {
         tree,
         scene,

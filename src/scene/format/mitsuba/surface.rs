@@ -7,21 +7,19 @@ use super::value::Value;
 use super::{Builder, Node, ior};
 use crate::error::{Error, Place, Result, did_you_mean};
 use crate::math::Rgb;
-use crate::scene::Material;
 use crate::scene::material::{
-    Coat, Distribution, LARGEST_INDEX, Microfacets, ROUGHNESS, Transmittance, diffuse_reflectance,
-    diffuse_rough_reflectance,
+    Coat, Distribution, LARGEST_INDEX, MIXTURE_DEPTH, Microfacets, ROUGHNESS, Transmittance, depth,
+    diffuse_reflectance, diffuse_rough_reflectance,
 };
-use crate::scene::texture::Input;
+use crate::scene::texture::{Bitmap, Input};
+use crate::scene::{Bsdf, Material, Texture};
 use glam::DVec3;
 use std::ops::RangeInclusive;
 
-const BSDFS: &str = "conductor, dielectric, diffuse, null, plastic, roughconductor, roughdielectric, roughplastic, thindielectric, \
-                     twosided";
+const BSDFS: &str = "blendbsdf, conductor, dielectric, diffuse, mask, null, plastic, roughconductor, roughdielectric, \
+                     roughplastic, thindielectric, twosided";
 /// How Mitsuba samples microfacets has no effect on what is measured.
 const QUIET: &[&str] = &["sample_visible"];
-/// Those that are seen from one side.
-const ONE_SIDED: [&str; 5] = ["conductor", "diffuse", "plastic", "roughconductor", "roughplastic"];
 
 impl Builder {
     /// Materials of front and back that a BSDF stands for.
@@ -39,48 +37,102 @@ impl Builder {
             "thindielectric" => self.thin_dielectric(index)?,
             "null" => {
                 self.finish(index, &[]);
-                [self.add_material(Material::Null); 2]
+                [self.add_material(Bsdf::Null); 2]
             }
-            "twosided" => {
-                let nested = node.children.iter().map(|c| self.tree.resolve(c)).collect::<Result<Vec<_>>>()?;
-                if nested.is_empty() || nested.len() > 2 || nested.iter().any(|&i| self.tree.nodes[i].tag != "bsdf") {
-                    return Err(node.error("needs one or two BSDFs inside, and nothing else"));
-                }
-                let mut sides = [0; 2];
-                for (k, side) in sides.iter_mut().enumerate() {
-                    let inner = nested[k.min(nested.len() - 1)];
-                    if !ONE_SIDED.contains(&self.tree.nodes[inner].plugin.as_str()) {
-                        let inner = &self.tree.nodes[inner];
-                        let allowed = format!("{} (inside twosided)", ONE_SIDED.join(", "));
-                        return Err(inner.unsupported(&inner.plugin, &allowed));
-                    }
-                    *side = self.surface(inner)?[0];
-                }
-                self.finish(index, &[]);
-                sides
-            }
+            "twosided" => self.two_sided(index)?,
+            "mask" => self.mask(index)?,
+            "blendbsdf" => self.blend(index)?,
             other => return Err(node.unsupported(other, BSDFS)),
         };
         self.surfaces.insert(index, surface);
         Ok(surface)
     }
 
+    /// The BSDFs inside another one, whose own inputs are called `inputs`.
+    fn nested(&mut self, index: usize, count: std::ops::RangeInclusive<usize>, inputs: &[&str]) -> Result<Vec<usize>> {
+        let node = &self.tree.nodes[index];
+        let mut nested = Vec::new();
+        for child in &node.children {
+            let inner = self.tree.resolve(child)?;
+            match self.tree.nodes[inner].tag.as_str() {
+                "bsdf" => nested.push(inner),
+                _ if child.name.as_deref().is_some_and(|name| inputs.contains(&name)) => {}
+                _ => return Err(self.tree.nodes[inner].error(format!("has no place in {}", node.title()))),
+            }
+        }
+        if !count.contains(&nested.len()) {
+            let wanted = if *count.end() == 1 {
+                "one BSDF"
+            } else if *count.start() == 2 {
+                "two BSDFs"
+            } else {
+                "one or two BSDFs"
+            };
+            return Err(node.error(format!("needs {wanted} inside, and nothing else")));
+        }
+        Ok(nested)
+    }
+
+    fn two_sided(&mut self, index: usize) -> Result<[u32; 2]> {
+        let nested = self.nested(index, 1..=2, &[])?;
+        let mut sides = [0; 2];
+        for (k, side) in sides.iter_mut().enumerate() {
+            let inner = nested[k.min(nested.len() - 1)];
+            let [front, back] = self.surface(inner)?;
+            if back != 0 {
+                return Err(
+                    self.tree.nodes[inner].error("has a back or lets light through: it cannot stand inside twosided")
+                );
+            }
+            *side = front;
+        }
+        self.finish(index, &[]);
+        Ok(sides)
+    }
+
+    /// Opaque with a probability, else nothing.
+    fn mask(&mut self, index: usize) -> Result<[u32; 2]> {
+        let nested = self.nested(index, 1..=1, &["opacity"])?;
+        let sides = self.surface(nested[0])?;
+        let opacity = self.input(index, "opacity", 0.5, &(0.0..=1.0), Use::Scalar)?;
+        self.finish(index, &[]);
+        let nothing = self.add_material(Bsdf::Null);
+        self.mixture(index, opacity, [[nothing; 2], sides])
+    }
+
+    fn blend(&mut self, index: usize) -> Result<[u32; 2]> {
+        let nested = self.nested(index, 2..=2, &["weight"])?;
+        let both = [self.surface(nested[0])?, self.surface(nested[1])?];
+        let weight = self.input(index, "weight", 0.5, &(0.0..=1.0), Use::Scalar)?;
+        self.finish(index, &[]);
+        self.mixture(index, weight, both)
+    }
+
+    /// Materials of both sides of two surfaces, the second with probability `weight`.
+    fn mixture(&mut self, index: usize, weight: Input, [a, b]: [[u32; 2]; 2]) -> Result<[u32; 2]> {
+        let mut sides = [0; 2];
+        for k in 0..2 {
+            sides[k] = match [a[k], b[k]] {
+                [0, 0] => 0,
+                same if k == 1 && same == [a[0], b[0]] => sides[0],
+                materials => self.push_material(Material { bsdf: Bsdf::Mixture { weight, materials } }),
+            };
+            if depth(&self.scene, sides[k]) > MIXTURE_DEPTH {
+                return Err(self.tree.nodes[index].error(format!("masks and blends more than {MIXTURE_DEPTH} deep")));
+            }
+        }
+        Ok(sides)
+    }
+
     fn diffuse(&mut self, index: usize) -> Result<u32> {
         self.only_colours(index, &["reflectance"])?;
-        let reflectance = match self.input(index, "reflectance", 0.5, &(0.0..=1.0), Use::Color)? {
-            Input::Value(value) => value,
-            Input::Texture(_) => {
-                let place = self.tree.nodes[index].place.clone();
-                self.warn(&place, "textures are read but not rendered yet; taken as 0.5");
-                Rgb::splat(0.5)
-            }
-        };
+        let reflectance = self.factor(index, "reflectance", 0.5)?;
         self.finish(index, &[]);
-        Ok(self.add_material(Material::Diffuse { reflectance }))
+        Ok(self.push_material(Material { bsdf: Bsdf::Diffuse { reflectance } }))
     }
 
     fn conductor(&mut self, index: usize) -> Result<u32> {
-        self.only_colours(index, &["eta", "k", "specular_reflectance"])?;
+        self.only_colours(index, &["eta", "k", "specular_reflectance", "alpha", "alpha_u", "alpha_v"])?;
         let node = &self.tree.nodes[index];
         let name = node.string("material")?.unwrap_or_else(|| "none".into());
         let given = [self.index_of(index, "eta")?, self.index_of(index, "k")?];
@@ -99,16 +151,16 @@ impl Builder {
             return Err(node.error(format!("eta {eta} and k {k}; one of them must be above 0 in each channel")));
         }
         let reflectance = self.factor(index, "specular_reflectance", 1.0)?;
-        let material = match self.tree.nodes[index].plugin.as_str() {
-            "conductor" => Material::Conductor { eta, k, reflectance },
-            _ => Material::RoughConductor { facets: self.facets(index)?, eta, k, reflectance },
+        let bsdf = match self.tree.nodes[index].plugin.as_str() {
+            "conductor" => Bsdf::Conductor { eta, k, reflectance },
+            _ => Bsdf::RoughConductor { facets: self.facets(index)?, eta, k, reflectance },
         };
         self.finish(index, QUIET);
-        Ok(self.add_material(material))
+        Ok(self.push_material(Material { bsdf }))
     }
 
     /// Distribution and roughness of microfacets.
-    fn facets(&mut self, index: usize) -> Result<Microfacets> {
+    fn facets(&mut self, index: usize) -> Result<Microfacets<Input>> {
         let node = &self.tree.nodes[index];
         let name = node.string("distribution")?.unwrap_or_else(|| "beckmann".into());
         let distribution = match name.as_str() {
@@ -118,47 +170,69 @@ impl Builder {
                 return Err(node.error(format!("distribution is `{}`; allowed: beckmann, ggx", shorten(other))));
             }
         };
-        let both = node.float("alpha")?;
-        let alpha = match (both, node.float("alpha_u")?, node.float("alpha_v")?) {
-            (alpha, None, None) => [alpha.unwrap_or(0.1); 2],
-            (None, Some(u), Some(v)) => [u, v],
+        let given = |name: &str| {
+            node.properties.iter().any(|p| p.name == name)
+                || node.children.iter().any(|c| c.name.as_deref() == Some(name))
+        };
+        let names = match [given("alpha"), given("alpha_u"), given("alpha_v")] {
+            [_, false, false] => ["alpha"; 2],
+            [false, true, true] => ["alpha_u", "alpha_v"],
             _ => return Err(node.error("give either `alpha`, or both `alpha_u` and `alpha_v`")),
         };
-        if alpha[0] != alpha[1] {
-            return Err(node.error("different `alpha_u` and `alpha_v` are not supported"));
+        let mut alpha = [Input::Value(Rgb::ZERO); 2];
+        for (alpha, name) in alpha.iter_mut().zip(names) {
+            *alpha = self.input(index, name, 0.1, &(0.0..=*ROUGHNESS.end()), Use::Scalar)?;
+            if let Input::Value(value) = alpha
+                && value.x < *ROUGHNESS.start()
+            {
+                let place = self.tree.nodes[index].place.clone();
+                self.warn(&place, &format!("roughness {} is taken as {}", value.x, ROUGHNESS.start()));
+                *value = Rgb::splat(*ROUGHNESS.start());
+            }
         }
-        let (smallest, largest) = (*ROUGHNESS.start(), *ROUGHNESS.end());
-        if alpha.iter().any(|a| !(*a >= 0.0 && *a <= f64::from(largest))) {
-            return Err(node.error(format!("roughness {alpha:?}; it must be at least 0 and at most {largest}")));
-        }
-        let alpha = alpha.map(|a| a as f32);
-        if alpha.iter().any(|a| *a < smallest) {
-            let place = node.place.clone();
-            self.warn(&place, &format!("roughness {alpha:?} is taken as at least {smallest}"));
-        }
-        Ok(Microfacets { distribution, alpha: alpha.map(|a| a.max(smallest)) })
+        Ok(Microfacets { distribution, alpha })
     }
 
     fn plastic(&mut self, index: usize) -> Result<u32> {
-        self.only_colours(index, &["diffuse_reflectance", "specular_reflectance"])?;
+        self.only_colours(index, &["diffuse_reflectance", "specular_reflectance", "alpha", "alpha_u", "alpha_v"])?;
         let eta = self.relative_index(index, "polypropylene")?;
         let reflectance = self.factor(index, "diffuse_reflectance", 0.5)?;
         let specular = self.factor(index, "specular_reflectance", 1.0)?;
         let nonlinear = self.tree.nodes[index].boolean("nonlinear")?.unwrap_or(false);
-        let (d, s) = (reflectance.element_sum(), specular.element_sum());
+        let (d, s) = (self.mean(&reflectance), self.mean(&specular));
         let specular_weight = if d + s > 0.0 { s / (d + s) } else { 1.0 };
         let coat = |internal| Coat { eta, internal, nonlinear, specular_weight };
-        let material = if self.tree.nodes[index].plugin == "plastic" {
-            Material::Plastic { coat: coat(diffuse_reflectance(1.0 / eta)), reflectance, specular }
+        let bsdf = if self.tree.nodes[index].plugin == "plastic" {
+            Bsdf::Plastic { coat: coat(diffuse_reflectance(1.0 / eta)), reflectance, specular }
         } else {
             let facets = self.facets(index)?;
-            let coat = coat(diffuse_rough_reflectance(&facets, 1.0 / eta));
+            let [Input::Value(x), Input::Value(y)] = facets.alpha else {
+                return Err(self.tree.nodes[index].error("the roughness of this plugin cannot be a texture"));
+            };
+            let constant = Microfacets { distribution: facets.distribution, alpha: [x.x, y.x] };
+            let coat = coat(diffuse_rough_reflectance(&constant, 1.0 / eta));
             let table = self.scene.transmittances.len() as u32;
-            self.scene.transmittances.push(Transmittance::new(&facets, eta));
-            Material::RoughPlastic { facets, coat, table, reflectance, specular }
+            self.scene.transmittances.push(Transmittance::new(&constant, eta));
+            Bsdf::RoughPlastic { facets, coat, table, reflectance, specular }
         };
         self.finish(index, QUIET);
-        Ok(self.add_material(material))
+        Ok(self.push_material(Material { bsdf }))
+    }
+
+    /// The mean of an input over its colours and texels; that of mesh attributes is not known yet.
+    fn mean(&self, input: &Input) -> f32 {
+        let colors = match *input {
+            Input::Value(ref value) => std::slice::from_ref(value),
+            Input::Texture(index) => match self.scene.textures[index as usize] {
+                Texture::Bitmap(Bitmap { first, size: [w, h], .. }) => {
+                    &self.scene.texels[first as usize..][..w as usize * h as usize]
+                }
+                Texture::Checkerboard { first, .. } => &self.scene.texels[first as usize..][..2],
+                Texture::VertexAttribute { .. } | Texture::FaceAttribute { .. } => return 0.5,
+            },
+        };
+        let sum: f64 = colors.iter().map(|c| f64::from(c.element_sum()) / 3.0).sum();
+        (sum / colors.len() as f64) as f32
     }
 
     /// Materials seen from outside and from inside.
@@ -168,25 +242,25 @@ impl Builder {
         if eta == 1.0 {
             return Err(self.tree.nodes[index].error("the indices of refraction inside and outside must differ"));
         }
-        let side = |eta| Material::RoughDielectric { facets, eta, reflectance, transmittance };
-        Ok([self.add_material(side(eta)), self.add_material(side(1.0 / eta))])
+        let side = |eta| Material { bsdf: Bsdf::RoughDielectric { facets, eta, reflectance, transmittance } };
+        Ok([self.push_material(side(eta)), self.push_material(side(1.0 / eta))])
     }
 
     /// Materials seen from outside and from inside.
     fn dielectric(&mut self, index: usize) -> Result<[u32; 2]> {
         let (eta, reflectance, transmittance) = self.interface(index)?;
-        let side = |eta| Material::Dielectric { eta, reflectance, transmittance };
-        Ok([self.add_material(side(eta)), self.add_material(side(1.0 / eta))])
+        let side = |eta| Material { bsdf: Bsdf::Dielectric { eta, reflectance, transmittance } };
+        Ok([self.push_material(side(eta)), self.push_material(side(1.0 / eta))])
     }
 
     fn thin_dielectric(&mut self, index: usize) -> Result<[u32; 2]> {
         let (eta, reflectance, transmittance) = self.interface(index)?;
-        Ok([self.add_material(Material::ThinDielectric { eta, reflectance, transmittance }); 2])
+        Ok([self.push_material(Material { bsdf: Bsdf::ThinDielectric { eta, reflectance, transmittance } }); 2])
     }
 
     /// Relative index of refraction and factors of reflection and transmission of a smooth dielectric.
-    fn interface(&mut self, index: usize) -> Result<(f32, Rgb, Rgb)> {
-        self.only_colours(index, &["specular_reflectance", "specular_transmittance"])?;
+    fn interface(&mut self, index: usize) -> Result<(f32, Input, Input)> {
+        self.only_colours(index, &["specular_reflectance", "specular_transmittance", "alpha", "alpha_u", "alpha_v"])?;
         let eta = self.relative_index(index, "bk7")?;
         let reflectance = self.factor(index, "specular_reflectance", 1.0)?;
         let transmittance = self.factor(index, "specular_transmittance", 1.0)?;
@@ -251,20 +325,25 @@ impl Builder {
         }
         let index = match self.default_surface {
             Some(index) => index,
-            None => self.add_material(Material::Diffuse { reflectance: Rgb::splat(0.5) }),
+            None => self.add_material(Bsdf::Diffuse { reflectance: Rgb::splat(0.5) }),
         };
         self.default_surface = Some(index);
         [index, 0]
     }
 
-    fn add_material(&mut self, material: Material) -> u32 {
+    /// A material that is the same everywhere.
+    fn add_material(&mut self, bsdf: Bsdf) -> u32 {
+        self.push_material(bsdf.into())
+    }
+
+    fn push_material(&mut self, material: Material) -> u32 {
         self.scene.materials.push(material);
         self.scene.materials.len() as u32 - 1
     }
 
     /// The share of light that is reflected or let through.
-    fn factor(&mut self, index: usize, name: &str, default: f32) -> Result<Rgb> {
-        self.value(index, name, default, &(0.0..=1.0))
+    fn factor(&mut self, index: usize, name: &str, default: f32) -> Result<Input> {
+        self.input(index, name, default, &(0.0..=1.0), Use::Color)
     }
 
     /// A colour that is the same everywhere, in `range`.

@@ -1,0 +1,41 @@
+//! What a path finds at a surface: the BSDF of one layer there, and the frame that it is in.
+
+use crate::accel::{Hit, SurfacePoint};
+use crate::math::{Frame, Vec3};
+use crate::sampling::rng::happens;
+use crate::scene::texture::Lookup;
+use crate::scene::{Bsdf, Scene};
+
+/// Of material `material` at `at`, where `hit` is, seen from the side of `normal`. `words` choose among layers.
+#[inline(never)]
+pub(super) fn shade(
+    scene: &Scene,
+    mut material: u32,
+    (hit, at): (&Hit, &SurfacePoint),
+    normal: Vec3,
+    words: [u32; 4],
+) -> (Bsdf, Frame) {
+    let surface = scene.parameterization(hit, at);
+    let lookup = Lookup { uv: surface.uv, triangle: at.triangle, barycentrics: [hit.u, hit.v].into() };
+    let mut words = words.into_iter();
+    loop {
+        let Some(layer) = scene.materials.get(material as usize) else { return (Bsdf::Black, Frame::new(normal)) };
+        match (layer.bsdf.at(scene, &lookup), words.next()) {
+            (Bsdf::Mixture { weight, materials }, Some(word)) => {
+                material = materials[usize::from(happens(word, weight))]
+            }
+            (bsdf, _) => {
+                let along = if bsdf.is_anisotropic() { surface.dp_du } else { Vec3::ZERO };
+                return (bsdf, frame_along(normal, along));
+            }
+        }
+    }
+}
+
+/// The frame around a normal whose x axis is as near to `along` as can be; any, where that is zero or parallel to the normal.
+fn frame_along(n: Vec3, along: Vec3) -> Frame {
+    match (along - n * n.dot(along)).try_normalize() {
+        Some(s) => Frame { s, t: n.cross(s), n },
+        None => Frame::new(n),
+    }
+}
