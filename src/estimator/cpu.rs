@@ -9,7 +9,7 @@ use crate::record::Dependence;
 use crate::sampling::{Draw, Strategy};
 use crate::scene::Scene;
 use crate::scene::light::LightSampler;
-use crate::transport::{NoSink, PathTracer, Sink, WAVE};
+use crate::transport::{AnySink, NoSink, PathTracer, Sink, WAVE};
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -62,14 +62,23 @@ fn content_hash(scene: &Scene) -> String {
     let mut h = blake3::Hasher::new();
     h.update(bytemuck::cast_slice(&scene.positions));
     h.update(bytemuck::cast_slice(&scene.normals));
+    for colors in [&scene.texels, &scene.attributes] {
+        h.update(bytemuck::cast_slice(colors));
+    }
+    h.update(bytemuck::cast_slice(&scene.uvs));
+    if let Some(map) = &scene.environment_map {
+        let (frame, width, texels) = map.content();
+        h.update(format!("{frame:?} {width}").as_bytes());
+        h.update(bytemuck::cast_slice(texels));
+    }
     for t in &scene.triangles {
         h.update(bytemuck::bytes_of(&t.vertices));
         h.update(&t.shape.to_le_bytes());
     }
     for s in &scene.shapes {
-        h.update(format!("{:?} {} {} {:?}", s.geometry, s.front, s.back, s.light).as_bytes());
+        h.update(format!("{:?} {:?} {} {} {:?}", s.geometry, s.axes, s.front, s.back, s.light).as_bytes());
     }
-    let rest = (&scene.materials, &scene.lights, &scene.camera, &scene.film, &scene.depth);
+    let rest = (&scene.materials, &scene.transmittances, &scene.textures, &scene.lights, &scene.camera, &scene.film, &scene.depth);
     h.update(format!("{rest:?}").as_bytes());
     h.finalize().to_hex()[..24].to_owned()
 }
@@ -95,8 +104,8 @@ impl CpuEstimator {
     }
 
     /// One sample, told to a sink.
-    pub fn sample_with<S: Sink>(&self, draw: &Draw, sink: &mut S) -> Rgb {
-        self.tracer().sample(Portable, draw, sink)
+    pub fn sample_with(&self, draw: &Draw, sink: &mut dyn Sink) -> Rgb {
+        self.tracer().sample(Portable, draw, &mut AnySink(sink))
     }
 }
 
@@ -144,15 +153,16 @@ impl Estimator for CpuEstimator {
             }));
         }
         Ok(estimate_by_batches(self.shape(), checkpoint, previous, |pixels, samples, out| {
-            batch(Portable, &tracer, &draw, pixels, samples, out);
+            batch(Portable, &mut AnySink(&mut NoSink), &tracer, &draw, pixels, samples, out);
         }))
     }
 }
 
 /// Fills samples of pixels: see [`crate::moments::BlockTree::extend`].
 #[inline(always)]
-fn batch<V: Registers>(
+fn batch<V: Registers, S: Sink>(
     simd: V,
+    sink: &mut S,
     tracer: &PathTracer<'_>,
     draw: &Draw,
     pixels: Range<u32>,
@@ -160,7 +170,7 @@ fn batch<V: Registers>(
     out: &mut [f64],
 ) {
     let mut radiance = [Rgb::ZERO; WAVE];
-    tracer.wave(simd, draw, pixels, samples, &mut NoSink, &mut radiance);
+    tracer.wave(simd, draw, pixels, samples, sink, &mut radiance);
     for (out, c) in out.chunks_exact_mut(3).zip(radiance) {
         out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
     }
@@ -176,7 +186,7 @@ fn batch_avx2(
     samples: Range<u64>,
     out: &mut [f64],
 ) {
-    batch(simd, tracer, draw, pixels, samples, out);
+    batch(simd, &mut NoSink, tracer, draw, pixels, samples, out);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -189,5 +199,5 @@ fn batch_avx512(
     samples: Range<u64>,
     out: &mut [f64],
 ) {
-    batch(simd, tracer, draw, pixels, samples, out);
+    batch(simd, &mut NoSink, tracer, draw, pixels, samples, out);
 }

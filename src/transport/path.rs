@@ -309,11 +309,10 @@ impl<'a> PathTracer<'a> {
         self.lights.sample_lanes(self.scene, &vertices.at.end.p, &words, paths.live, &mut light);
         let (mut scattered, mut pdf_direction) = (Vec3Lanes::ZERO, [0.0; LANES]);
         let (mut shadow, mut dark) = (Rays::ZERO, [0; LANES]);
+        let (tables, directions) = (&self.scene.transmittances, self.strategy.directions);
         for lane in 0..LANES {
-            let frame = vertices.frame(lane);
-            let (wo, wi) = (frame.to_local(paths.wo.get(lane)), frame.to_local(light.wi.get(lane)));
             let Evaluated { value: f, pdf } =
-                vertices.bsdf(lane).eval(&self.scene.transmittances, self.strategy.directions, wo, wi);
+                vertices.eval(lane, tables, directions, paths.wo.get(lane), light.wi.get(lane));
             dark[lane] = u32::from(f == Rgb::ZERO);
             scattered.set(lane, f);
             let only_light = light.delta[lane] || self.strategy.heuristic == Heuristic::None;
@@ -359,15 +358,11 @@ impl<'a> PathTracer<'a> {
         sink: &mut S,
     ) {
         let words = draw.words_lanes(&paths.pixel, &paths.sample, group(depth, Decision::Direction));
-        let mut wo = Vec3Lanes::ZERO;
-        for lane in 0..LANES {
-            wo.set(lane, vertices.frame(lane).to_local(paths.wo.get(lane)));
-        }
         let (mut wi, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
         let (mut value, mut delta) = (Vec3Lanes::ZERO, [0; LANES]);
+        let (tables, directions) = (&self.scene.transmittances, self.strategy.directions);
         for lane in 0..LANES {
-            let (tables, directions) = (&self.scene.transmittances, self.strategy.directions);
-            let sample = vertices.bsdf(lane).sample(tables, directions, wo.get(lane), lane_of(&words, lane));
+            let sample = vertices.sample(lane, tables, directions, paths.wo.get(lane), lane_of(&words, lane));
             wi.set(lane, sample.map_or(Vec3::Z, |s| s.wi));
             pdf[lane] = sample.map_or(0.0, |s| s.pdf);
             value.set(lane, sample.map_or(Rgb::ZERO, |s| s.value));
@@ -381,7 +376,7 @@ impl<'a> PathTracer<'a> {
             let beta = paths.beta.get(lane) * (value.get(lane) / pdf[lane]);
             absorbed[lane] = u32::from((pdf[lane] == 0.0) | (beta == Rgb::ZERO));
             paths.beta.set(lane, beta);
-            paths.wo.set(lane, -vertices.frame(lane).to_world(wi.get(lane)));
+            paths.wo.set(lane, -vertices.to_world(lane, wi.get(lane)));
         }
         paths.pdf = pdf;
         paths.delta = bits(&delta);

@@ -80,6 +80,21 @@ pub struct NoSink;
 
 impl Sink for NoSink {}
 
+/// Any sink: one copy of the path tracer serves where speed does not count.
+pub struct AnySink<'a>(pub &'a mut dyn Sink);
+
+impl Sink for AnySink<'_> {
+    fn vertex(&mut self, v: &Vertex) {
+        self.0.vertex(v);
+    }
+    fn bounce(&mut self, b: &Bounce) {
+        self.0.bounce(b);
+    }
+    fn contribution(&mut self, c: &Contribution) {
+        self.0.contribution(c);
+    }
+}
+
 /// Something that happened along a path.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(tag = "event", rename_all = "kebab-case")]

@@ -5,7 +5,9 @@ use crate::accel::{Rays, SurfaceLanes};
 use crate::math::lanes::set_bits;
 use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
 use crate::moments::BATCH;
+use crate::sampling::strategy::Directions;
 use crate::scene::Bsdf;
+use crate::scene::material::{Evaluated, Scattered, Transmittance};
 use std::ops::Range;
 
 /// All lanes.
@@ -190,19 +192,81 @@ impl<const DIFFUSE: bool> Vertices<DIFFUSE> {
         frame: [Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z }; LANES],
     };
 
+    /// The local frame of a lane.
     #[inline(always)]
-    pub(super) fn bsdf(&self, lane: usize) -> Bsdf {
-        match DIFFUSE {
-            true => Bsdf::Diffuse { reflectance: self.reflectance.get(lane) },
-            false => self.bsdf[lane],
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn frame(&self, lane: usize) -> Frame {
+    fn frame(&self, lane: usize) -> Frame {
         match DIFFUSE {
             true => Frame::new(self.normal.get(lane)),
             false => self.frame[lane],
         }
     }
+
+    /// [`Bsdf::eval`] of a lane for world-space directions.
+    #[inline(always)]
+    pub(super) fn eval(
+        &self,
+        lane: usize,
+        tables: &[Transmittance],
+        directions: Directions,
+        wo: Vec3,
+        wi: Vec3,
+    ) -> Evaluated {
+        match DIFFUSE {
+            true => {
+                let frame = self.frame(lane);
+                let bsdf = Bsdf::Diffuse { reflectance: self.reflectance.get(lane) };
+                bsdf.eval(tables, directions, frame.to_local(wo), frame.to_local(wi))
+            }
+            false => eval(&self.bsdf[lane], &self.frame[lane], tables, directions, wo, wi),
+        }
+    }
+
+    /// [`Bsdf::sample`] of a lane for a world-space direction; the drawn one is local, see [`Self::to_world`].
+    #[inline(always)]
+    pub(super) fn sample(
+        &self,
+        lane: usize,
+        tables: &[Transmittance],
+        directions: Directions,
+        wo: Vec3,
+        words: [u32; 4],
+    ) -> Option<Scattered> {
+        match DIFFUSE {
+            true => {
+                let bsdf = Bsdf::Diffuse { reflectance: self.reflectance.get(lane) };
+                bsdf.sample(tables, directions, self.frame(lane).to_local(wo), words)
+            }
+            false => sample(&self.bsdf[lane], &self.frame[lane], tables, directions, wo, words),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn to_world(&self, lane: usize, local: Vec3) -> Vec3 {
+        self.frame(lane).to_world(local)
+    }
+}
+
+/// Once, not in every loop over lanes: it is long, and nothing in it becomes vector code.
+#[inline(never)]
+fn eval(
+    bsdf: &Bsdf,
+    frame: &Frame,
+    tables: &[Transmittance],
+    directions: Directions,
+    wo: Vec3,
+    wi: Vec3,
+) -> Evaluated {
+    bsdf.eval(tables, directions, frame.to_local(wo), frame.to_local(wi))
+}
+
+#[inline(never)]
+fn sample(
+    bsdf: &Bsdf,
+    frame: &Frame,
+    tables: &[Transmittance],
+    directions: Directions,
+    wo: Vec3,
+    words: [u32; 4],
+) -> Option<Scattered> {
+    bsdf.sample(tables, directions, frame.to_local(wo), words)
 }

@@ -9,7 +9,7 @@ use rootn::estimator::{Cell, Estimate, Estimator};
 use rootn::math::Vec3;
 use rootn::sampling::strategy::Preset;
 use rootn::sampling::{Draw, Key, Sequence};
-use rootn::scene::{Geometry, Light, Material, Scene, Shape, Triangle};
+use rootn::scene::{Bsdf, Geometry, Light, Material, Scene, Shape, Triangle};
 use rootn::transport::sink::Bounce;
 use rootn::transport::{Contribution, Sink, Vertex};
 use std::sync::Arc;
@@ -62,8 +62,10 @@ fn rays_per_sample(prepared: &Arc<PreparedScene>) -> f64 {
 
 /// An empty scene with a camera, and one diffuse material of number 1.
 fn empty() -> Scene {
-    let mut scene =
-        Scene { materials: vec![Bsdf::Black, Bsdf::Diffuse { reflectance: Vec3::splat(0.7) }], ..Scene::default() };
+    let mut scene = Scene {
+        materials: vec![Material::BLACK, Bsdf::Diffuse { reflectance: Vec3::splat(0.7) }.into()],
+        ..Scene::default()
+    };
     scene.film.size = FILM;
     scene.film.crop_size = FILM;
     scene.depth.max = Some(8);

@@ -26,7 +26,7 @@ use rootn::sampling::strategy::{Lights, Preset};
 use rootn::sampling::{Draw, Sequence};
 use rootn::scene::format::{Options, load};
 use rootn::scene::light::{emitted, environment};
-use rootn::scene::{Filter, Geometry, Material, Scene};
+use rootn::scene::{Bsdf, Filter, Geometry, Scene};
 use rootn::stats::interval::{median, student_t};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use std::path::{Path, PathBuf};
@@ -310,8 +310,8 @@ fn small_faults_are_rejected() {
     for factor in [0.99f32, 1.01] {
         let albedo = |scene: &mut Scene| {
             for material in &mut scene.materials {
-                if let Bsdf::Diffuse { reflectance } = material {
-                    *reflectance *= factor;
+                if let Some(Bsdf::Diffuse { reflectance }) = material.plain() {
+                    *material = Bsdf::Diffuse { reflectance: reflectance * factor }.into();
                 }
             }
         };
@@ -369,7 +369,7 @@ impl Naive {
                 total += beta * emitted(scene, &at, wo);
             }
             let (material, normal) = if at.ns.dot(wo) > 0.0 { (shape.front, at.ns) } else { (shape.back, -at.ns) };
-            let Bsdf::Diffuse { reflectance } = scene.materials[material as usize] else { break };
+            let Some(Bsdf::Diffuse { reflectance }) = scene.materials[material as usize].plain() else { break };
             if scene.depth.max.is_some_and(|max| depth >= max) {
                 break;
             }

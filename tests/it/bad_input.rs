@@ -138,7 +138,7 @@ const ELEMENTS: [(&str, &str); 88] = [
     ("<translate x='1'/>", "must stand inside <transform>"),
     (
         "<shape type='cube'><bsdf type='velvet'/></shape>",
-        "bsdf `velvet` is not supported; allowed: conductor, dielectric",
+        "bsdf `velvet` is not supported; allowed: blendbsdf, conductor, dielectric",
     ),
     (
         "<shape type='cube'><bsdf type='conductor'><string name='material' value='ag'/></bsdf></shape>",
@@ -155,7 +155,7 @@ const ELEMENTS: [(&str, &str); 88] = [
     ("<shape type='cube'><bsdf type='dielectric'><float name='ext_ior' value='0'/></bsdf></shape>", "must be above 0"),
     (
         "<shape type='cube'><bsdf type='twosided'><bsdf type='dielectric'/></bsdf></shape>",
-        "allowed: conductor, diffuse, plastic, roughconductor, roughplastic (inside twosided)",
+        "it cannot stand inside twosided",
     ),
     ("<shape type='cube'><bsdf type='twosided'/></shape>", "one or two BSDFs"),
     (

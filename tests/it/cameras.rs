@@ -3,6 +3,7 @@
 use rootn::accel::Ray;
 use rootn::math::{Vec3, warp};
 use rootn::sampling::dimension::{Decision, group};
+use rootn::scene::format::Options;
 use rootn::scene::format::mitsuba::parse_str;
 use rootn::scene::{Camera, Projection, Scene};
 use std::path::Path;
@@ -19,7 +20,7 @@ fn read(plugin: &str, transform: &str, properties: &str) -> rootn::Result<Scene>
         "<scene version='3.0.0'><emitter type='constant'/>\n<sensor type='{plugin}'>{properties}
          <transform name='to_world'>{transform}</transform>{FILM}</sensor></scene>"
     );
-    parse_str(&text, Path::new("scene.xml"), &[], None)
+    parse_str(&text, Path::new("scene.xml"), &Options::default())
 }
 
 /// The ray of a position in the rendered part.

@@ -15,7 +15,7 @@ use rootn::sampling::Sequence;
 use rootn::sampling::rng::{Key, Role};
 use rootn::sampling::strategy::{Heuristic, LightChoice, Lights, Preset, Strategy};
 use rootn::scene::light::Beam;
-use rootn::scene::{Camera, EnvironmentMap, Geometry, Light, Material, Scene, Shape, Triangle};
+use rootn::scene::{Bsdf, Camera, EnvironmentMap, Geometry, Light, Material, Scene, Shape, Triangle};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -46,7 +46,7 @@ struct Form {
 struct Builder(Scene);
 
 fn scene(rho: f32, depth: Option<u32>, roulette: u32) -> Builder {
-    let materials = vec![Bsdf::Black, Bsdf::Diffuse { reflectance: Vec3::splat(rho) }];
+    let materials = vec![Material::BLACK, Bsdf::Diffuse { reflectance: Vec3::splat(rho) }.into()];
     let mut scene = Scene { materials, ..Scene::default() };
     scene.depth.max = depth;
     scene.depth.roulette = roulette;
@@ -171,7 +171,7 @@ fn concentric(inner: bool) -> Form {
     let j2 = (e2_ + p2 * f * e1_) / (1.0 - p2 * (f * p1 + 1.0 - f));
     let j1 = e1_ + p1 * j2;
     let mut b = scene(rho1, None, 4);
-    b.0.materials.push(Bsdf::Diffuse { reflectance: Vec3::splat(rho2) });
+    b.0.materials.push(Bsdf::Diffuse { reflectance: Vec3::splat(rho2) }.into());
     let b = b.add(sphere(Vec3::ZERO, r1, false), 1, e1).add(sphere(Vec3::ZERO, r2, true), 2, e2);
     let from = Vec3::new(0.0, 1.5, 0.1);
     let at = if inner { Vec3::new(0.1, 0.1, 0.1) } else { Vec3::new(1.0, 2.0, -0.5) };
@@ -506,8 +506,8 @@ fn half_a_percent_of_albedo_is_rejected() {
         for factor in [0.995, 1.005] {
             let mut scene = form.scene.clone();
             for material in &mut scene.materials {
-                if let Bsdf::Diffuse { reflectance } = material {
-                    *reflectance = (*reflectance * factor).min(Vec3::ONE);
+                if let Some(Bsdf::Diffuse { reflectance }) = material.plain() {
+                    *material = Bsdf::Diffuse { reflectance: (reflectance * factor).min(Vec3::ONE) }.into();
                 }
             }
             let scene = Arc::new(PreparedScene::new(scene).unwrap());

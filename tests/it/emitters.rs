@@ -6,6 +6,7 @@ use crate::warps::words;
 use glam::DVec3;
 use rootn::math::{Rgb, Vec3};
 use rootn::sampling::strategy::{LightChoice, Lights};
+use rootn::scene::format::Options;
 use rootn::scene::format::mitsuba::load;
 use rootn::scene::light::{Beam, LightSampler, LightTarget};
 use rootn::scene::{EnvironmentMap, Light, Material, Scene};
@@ -17,7 +18,7 @@ const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::Z];
 /// A scene around which a map shines.
 pub(crate) fn mapped(map: EnvironmentMap) -> Scene {
     Scene {
-        materials: vec![Bsdf::Black],
+        materials: vec![Material::BLACK],
         lights: vec![Light::EnvironmentMap],
         environment_map: Some(Arc::new(map)),
         ..Scene::default()
@@ -51,7 +52,7 @@ fn with_picture(emitters: &str, change: impl Fn(usize, &mut Vec<f32>)) -> rootn:
     let path = folder.path().join("scene.xml");
     let text = format!("<scene version='3.0.0'><sensor type='perspective'/><shape type='sphere'/>{emitters}</scene>");
     std::fs::write(&path, text).unwrap();
-    load(&path, &[], None)
+    load(&path, &Options::default())
 }
 
 fn sky(inside: &str) -> String {

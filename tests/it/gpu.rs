@@ -20,7 +20,7 @@ use rootn::run::{Contender, Options, Plan, PlannedScene, ReferencePlan, Stop, po
 use rootn::sampling::strategy::{Directions, Heuristic, LightChoice, Lights, NoRoulette, Preset, Roulette, Technique};
 use rootn::sampling::{Key, Sequence, Strategy};
 use rootn::scene::light::Beam;
-use rootn::scene::{Effects, Geometry, Light, Material, Projection, Scene, format};
+use rootn::scene::{Bsdf, Effects, Geometry, Light, Material, Projection, Scene, format};
 use rootn::stats::Metric;
 use std::path::Path;
 use std::sync::Arc;
@@ -459,7 +459,7 @@ fn closed_ball(radius: f32, center: Vec3) -> Scene {
         triangles = triangles.iter().flat_map(subdivided).collect();
     }
     let mut scene = Scene {
-        materials: vec![Bsdf::Black, Bsdf::Diffuse { reflectance: Vec3::ONE }],
+        materials: vec![Material::BLACK, Bsdf::Diffuse { reflectance: Vec3::ONE }.into()],
         lights: vec![Light::Constant { radiance: Vec3::ONE }],
         ..Scene::default()
     };

@@ -22,7 +22,7 @@ use rootn::sampling::sequence::{permute, sobol};
 use rootn::sampling::strategy::{Directions, Heuristic};
 use rootn::sampling::{Draw, Key, Sequence};
 use rootn::scene::material::{Coat, Distribution, Microfacets, Transmittance};
-use rootn::scene::{Filter, Material};
+use rootn::scene::{Bsdf, Filter};
 
 const DIRECTIONS: [Directions; 3] = [Directions::Uniform, Directions::Cosine, Directions::Bsdf];
 
@@ -36,7 +36,7 @@ fn transmittances() -> Vec<Transmittance> {
 }
 
 /// The material of eighteen words.
-fn material(w: &Words) -> Material {
+fn material(w: &Words) -> Bsdf {
     let (reflectance, second, eta, k) = (w.v(0), w.v(4), w.f(7), w.v(8));
     let distribution = if w.w(11) == 0 { Distribution::Ggx } else { Distribution::Beckmann };
     let facets = Microfacets { distribution, alpha: w.f2(12) };
@@ -99,7 +99,7 @@ fn sampled(r: &mut Input) {
     of("wwww")(r);
 }
 
-fn scattered(material: Material, tables: &[Transmittance], directions: u32, wo: Vec3, words: [u32; 4]) -> Answer {
+fn scattered(material: Bsdf, tables: &[Transmittance], directions: u32, wo: Vec3, words: [u32; 4]) -> Answer {
     let sample = material.sample(tables, DIRECTIONS[directions as usize], wo, words);
     decided(sample, |a, s| {
         let a = a.bits(0, &[1 + u32::from(s.wi.z < 0.0)]).bits(8, &[u32::from(s.delta)]);

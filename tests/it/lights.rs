@@ -18,7 +18,7 @@ const BOTH: [Lights; 2] = [Lights::Area, Lights::SolidAngle];
 
 /// A scene with these surfaces as lights of radiance 1. Rectangles and triangles come with their mesh.
 pub(crate) fn lit(shapes: Vec<Geometry>) -> Scene {
-    let mut scene = Scene { materials: vec![Bsdf::Black], ..Scene::default() };
+    let mut scene = Scene { materials: vec![Material::BLACK], ..Scene::default() };
     for geometry in shapes {
         let shape = scene.shapes.len() as u32;
         scene.shapes.push(Shape {

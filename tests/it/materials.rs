@@ -7,7 +7,7 @@ use rootn::estimator::{Cell, Estimator};
 use rootn::math::{Rgb, Vec3};
 use rootn::sampling::Key;
 use rootn::sampling::strategy::{Directions, Preset};
-use rootn::scene::Material;
+use rootn::scene::Bsdf;
 use rootn::scene::format::{Options, load};
 use rootn::scene::material::Scattered;
 use std::sync::Arc;
@@ -21,11 +21,11 @@ fn from_angle(degrees: f32) -> Vec3 {
     Vec3::new(sin * 0.6, sin * 0.8, cos)
 }
 
-fn glass(eta: f32) -> Material {
+fn glass(eta: f32) -> Bsdf {
     Bsdf::Dielectric { eta, reflectance: Rgb::ONE, transmittance: Rgb::ONE }
 }
 
-fn drawn(material: Material, wo: Vec3, words: [u32; 4]) -> Scattered {
+fn drawn(material: Bsdf, wo: Vec3, words: [u32; 4]) -> Scattered {
     material.sample(&[], Directions::Bsdf, wo, words).unwrap()
 }
 
@@ -74,7 +74,7 @@ fn glass_obeys_snell_and_fresnel() {
 #[test]
 fn metals_obey_fresnel() {
     let metal = |eta: f32, k: f32| Bsdf::Conductor { eta: Rgb::splat(eta), k: Rgb::splat(k), reflectance: Rgb::ONE };
-    let value = |m: Material, degrees: f32| drawn(m, from_angle(degrees), REFLECT).value.x;
+    let value = |m: Bsdf, degrees: f32| drawn(m, from_angle(degrees), REFLECT).value.x;
     // ((η − 1)² + k²)/((η + 1)² + k²)
     for (eta, k) in [(0.2f32, 3.9f32), (1.5, 7.0), (2.0, 0.5)] {
         let exact = ((eta - 1.0).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k);

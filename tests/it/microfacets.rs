@@ -5,7 +5,7 @@ use crate::support::level;
 use crate::warps::{sphere_point, sphere_vector, words};
 use rootn::math::{Rgb, Vec3};
 use rootn::sampling::strategy::Directions;
-use rootn::scene::Material;
+use rootn::scene::Bsdf;
 use rootn::scene::material::{
     Coat, Distribution, Evaluated, Microfacets, Scattered, Transmittance, diffuse_reflectance,
     diffuse_rough_reflectance,
@@ -19,21 +19,21 @@ fn facets(distribution: Distribution, x: f32, y: f32) -> Microfacets {
 }
 
 /// Every microfacet is a perfect mirror.
-fn mirrors(facets: Microfacets) -> Material {
+fn mirrors(facets: Microfacets) -> Bsdf {
     Bsdf::RoughConductor { facets, eta: Rgb::ZERO, k: Rgb::ONE, reflectance: Rgb::ONE }
 }
 
-fn glass(facets: Microfacets, eta: f32) -> Material {
+fn glass(facets: Microfacets, eta: f32) -> Bsdf {
     Bsdf::RoughDielectric { facets, eta, reflectance: Rgb::ONE, transmittance: Rgb::ONE }
 }
 
-fn plastic(eta: f32, reflectance: f32, nonlinear: bool) -> Material {
+fn plastic(eta: f32, reflectance: f32, nonlinear: bool) -> Bsdf {
     let coat = Coat { eta, internal: diffuse_reflectance(1.0 / eta), nonlinear, specular_weight: 0.6 };
     Bsdf::Plastic { coat, reflectance: Rgb::splat(reflectance), specular: Rgb::ONE }
 }
 
 /// With its table.
-fn rough_plastic(facets: Microfacets, eta: f32, reflectance: f32) -> (Material, [Transmittance; 1]) {
+fn rough_plastic(facets: Microfacets, eta: f32, reflectance: f32) -> (Bsdf, [Transmittance; 1]) {
     let internal = diffuse_rough_reflectance(&facets, 1.0 / eta);
     let coat = Coat { eta, internal, nonlinear: false, specular_weight: 0.6 };
     let reflectance = Rgb::splat(reflectance);
@@ -83,7 +83,7 @@ fn visible_normals_follow_their_density() {
 }
 
 /// Density, and value where it is drawn, of materials with their tables.
-fn follows(test: &str, name: &str, material: &Material, tables: &[Transmittance], wo: Vec3) {
+fn follows(test: &str, name: &str, material: &Bsdf, tables: &[Transmittance], wo: Vec3) {
     for directions in ALL {
         let p = |factor: f64| {
             Chi2 {
@@ -141,7 +141,7 @@ fn rough_materials_are_reciprocal() {
                 rootn::math::warp::sample_uniform_sphere([w[0], w[1]].map(rootn::sampling::rng::unit_f32))
             });
             let (wo, wi) = (Vec3::new(a.x, a.y, a.z.abs().max(0.01)).normalize(), b);
-            let f = |m: &Material, wo: Vec3, wi: Vec3| m.eval(&tables, Directions::Bsdf, wo, wi).value.x / wi.z.abs();
+            let f = |m: &Bsdf, wo: Vec3, wi: Vec3| m.eval(&tables, Directions::Bsdf, wo, wi).value.x / wi.z.abs();
             let close = |a: f32, b: f32| (a - b).abs() <= 2e-4 * a.abs().max(b.abs()) + 1e-12;
             if wi.z > 0.0 {
                 for m in [mirrors(rough), glass(rough, 1.5), plastic(1.5, 0.5, true), coated] {
@@ -161,7 +161,7 @@ fn rough_materials_are_reciprocal() {
 }
 
 /// Share of power that leaves: the mean of value over density, with its standard error. Refracted radiance counts times η².
-fn albedo(test: &str, material: &Material, tables: &[Transmittance], wo: Vec3) -> (f64, f64) {
+fn albedo(test: &str, material: &Bsdf, tables: &[Transmittance], wo: Vec3) -> (f64, f64) {
     let n = 200_000;
     let mut moments = rootn::moments::Moments::default();
     for i in 0..n {

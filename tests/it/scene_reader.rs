@@ -5,7 +5,7 @@ use rootn::math::{Rgb, Vec2, Vec3};
 use rootn::scene::format::mitsuba::parse_str;
 use rootn::scene::format::spectrum::{Role, Spectrum};
 use rootn::scene::format::{Options, load, obj, ply};
-use rootn::scene::{Depth, Filter, Geometry, Light, Material, Scene};
+use rootn::scene::{Bsdf, Depth, Filter, Geometry, Light, Material, Scene};
 use std::path::{Path, PathBuf};
 
 const SENSOR: &str = "<sensor type='perspective'/>";
@@ -118,7 +118,7 @@ fn spectra_agree_with_mitsuba() {
         ("xml:27:", [0.49132004, 0.049228106, 0.0509219]),
     ];
     for (shape, rgb) in expected {
-        let Bsdf::Diffuse { reflectance } = by_name(shape) else { panic!("{shape}") };
+        let Some(Bsdf::Diffuse { reflectance }) = by_name(shape).plain() else { panic!("{shape}") };
         assert!(close(reflectance, Rgb::from_array(rgb), 1e-6), "{shape} {reflectance}");
     }
     let Light::Area { radiance, .. } = scene.lights[0] else { panic!() };
@@ -130,7 +130,7 @@ fn spectra_agree_with_mitsuba() {
 fn colours_in_every_notation() {
     let reflectance = |value: &str| {
         let scene = scene(&format!("<shape type='sphere'><bsdf type='diffuse'>{value}</bsdf></shape>"));
-        let Bsdf::Diffuse { reflectance } = scene.materials[1] else { panic!() };
+        let Some(Bsdf::Diffuse { reflectance }) = scene.materials[1].plain() else { panic!() };
         reflectance
     };
     let radiance = |value: &str| {
@@ -516,8 +516,8 @@ fn materials_and_lights_are_shared_and_sided() {
     );
     let sides: Vec<_> = both.shapes.iter().map(|s| [s.front, s.back]).collect();
     assert_eq!(sides, [[1, 2], [1, 2], [1, 1], [1, 0], [3, 0], [0, 0]]);
-    let diffuse = |v| Bsdf::Diffuse { reflectance: Rgb::splat(v) };
-    assert_eq!(both.materials, [Bsdf::Black, diffuse(0.1), diffuse(0.2), diffuse(0.5)]);
+    let diffuse = |v| Material::from(Bsdf::Diffuse { reflectance: Rgb::splat(v) });
+    assert_eq!(both.materials, [Material::BLACK, diffuse(0.1), diffuse(0.2), diffuse(0.5)]);
     assert_eq!(both.lights[1], Light::Area { shape: 5, radiance: Rgb::new(5.0, 6.0, 7.0) });
     assert_eq!((both.shapes[5].light, both.shapes[5].name.as_str()), (Some(1), "lamp"));
     assert_eq!(both.shapes[0].name, "sphere (scene.xml:1:78)");
@@ -550,7 +550,7 @@ fn parameters_are_put_in() {
     };
     let scene = read(&[]).unwrap();
     assert_eq!((radius(&scene), scene.shapes[0].name.as_str()), (2.0, "cost$5"));
-    assert_eq!(scene.materials[1], Bsdf::Diffuse { reflectance: Rgb::new(0.25, 0.5, 0.25) });
+    assert_eq!(scene.materials[1].plain(), Some(Bsdf::Diffuse { reflectance: Rgb::new(0.25, 0.5, 0.25) }));
     assert_eq!(radius(&read(&[("radius", "3.5")]).unwrap()), 3.5);
     let message = read(&[("radios", "3.5")]).unwrap_err().to_string();
     assert_eq!(
@@ -587,7 +587,7 @@ fn includes_aliases_and_search_paths() {
         <path value='far/away'/><include filename='parts/all.xml'/><alias id='grey' as='other'/>{SENSOR}{LIGHT}</scene>"));
     let scene = load(&folder.path().join("scene.xml"), &Options::default()).unwrap();
     assert_eq!(counts(&scene), [1, 1, 2, 1]);
-    assert_eq!(scene.materials[1], Bsdf::Diffuse { reflectance: Rgb::splat(0.3) });
+    assert_eq!(scene.materials[1].plain(), Some(Bsdf::Diffuse { reflectance: Rgb::splat(0.3) }));
     assert_eq!(scene.normals[0], Vec3::ZERO);
     let names: Vec<_> = scene.sources.iter().map(|p| p.file_name().unwrap().to_str().unwrap()).collect();
     assert_eq!(names, ["scene.xml", "all.xml", "grey.xml", "more.xml", "tri.obj"]);
@@ -606,7 +606,7 @@ fn old_spellings_are_upgraded() {
     assert_eq!(scene.depth, Depth { max: Some(3), roulette: 4 });
     assert_eq!(scene.camera.origin, Vec3::new(0.0, 0.0, 5.0));
     assert!(matches!(scene.shapes[0].geometry, Geometry::Sphere { flip: true, .. }));
-    let Bsdf::Diffuse { reflectance } = scene.materials[1] else { panic!() };
+    let Some(Bsdf::Diffuse { reflectance }) = scene.materials[1].plain() else { panic!() };
     assert!(close(reflectance, Rgb::new(1.0, 0.214_041_14, 0.0), 1e-6), "{reflectance}");
     assert_eq!(scene.warnings, Vec::<String>::new());
     // In a file of version 3 the old names are unknown.
@@ -722,8 +722,8 @@ fn validate_notices_every_broken_field() {
         ("material", |s| s.shapes[0].front = 77),
         ("material", |s| s.shapes[0].back = 77),
         ("black", |s| s.materials[0] = s.materials[1]),
-        ("reflectance", |s| s.materials[1] = Bsdf::Diffuse { reflectance: Rgb::new(0.0, 1.01, 0.0) }),
-        ("reflectance", |s| s.materials[1] = Bsdf::Diffuse { reflectance: Rgb::NAN }),
+        ("reflectance", |s| s.materials[1] = Bsdf::Diffuse { reflectance: Rgb::new(0.0, 1.01, 0.0) }.into()),
+        ("reflectance", |s| s.materials[1] = Bsdf::Diffuse { reflectance: Rgb::NAN }.into()),
         ("light", |s| s.shapes[1].light = None),
         ("light", |s| s.shapes[2].light = Some(0)),
         ("light", |s| s.shapes[2].light = Some(10)),

@@ -8,7 +8,7 @@ use rootn::sampling::Key;
 use rootn::sampling::rng::{philox4x32, unit_f32};
 use rootn::sampling::strategy::Directions;
 use rootn::scene::material::Scattered;
-use rootn::scene::{Filter, Material};
+use rootn::scene::{Bsdf, Filter};
 use std::f64::consts::{PI, TAU};
 
 const SAMPLES: u64 = 250_000;

@@ -118,9 +118,14 @@ impl EnvironmentMap {
         self.mean
     }
 
+    /// What determines it: axes, columns, and rows of texels.
+    pub(crate) fn content(&self) -> (&Frame, u32, &[Rgb]) {
+        (&self.frame, self.width, &self.texels)
+    }
+
     /// Radiance that arrives from the world direction `direction` (any length), W m⁻² sr⁻¹, and the density with which
     /// [`Self::sample`] draws it, sr⁻¹.
-    #[inline(always)]
+    #[inline(never)]
     pub fn lookup(&self, direction: Vec3) -> (Rgb, f32) {
         let d = self.frame.to_local(direction);
         let across = (d.x * d.x + d.z * d.z).sqrt();
@@ -139,7 +144,7 @@ impl EnvironmentMap {
 
     /// A unit world direction and its density, sr⁻¹. Word 3 picks the band, word 0 the cell in it and the azimuth, word 1 the
     /// polar angle.
-    #[inline(always)]
+    #[inline(never)]
     pub fn sample(&self, words: [u32; 4]) -> (Vec3, f32) {
         let j = self.rows.pick(words[3]);
         let columns = &self.columns[j];

@@ -17,7 +17,7 @@ pub struct Beam {
 
 impl Beam {
     /// Share of the intensity that goes into the unit direction `w`, away from the light.
-    #[inline(always)]
+    #[inline(never)]
     pub fn falloff(&self, w: Vec3) -> f32 {
         let angle = atan2(self.axis.cross(w).length(), self.axis.dot(w));
         if angle <= self.width {

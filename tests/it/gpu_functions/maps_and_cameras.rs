@@ -44,7 +44,7 @@ fn environment_maps_equal_their_twins() {
             decided(sampler.sample(scene, w.v(0), w.w4(3)), |a, s| {
                 assert!(matches!(s.to, LightTarget::Direction));
                 let a = a.bits(1, &[1]).vector(5, s.wi).vector(8, s.emitted);
-                a.floats(11, &[s.pdf]).bits(12, &[u32::from(s.delta), u32::MAX])
+                a.floats(11, &[s.pdf]).bits(12, &[u32::from(s.delta), u32::MAX]).sized(15, 1.0, &[0.0])
             })
         };
         let escaped = |w: &Words| {

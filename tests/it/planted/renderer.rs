@@ -92,6 +92,7 @@ impl Renderer {
                 break;
             }
             let material = scene.materials[if side > 0.0 { shape.front } else { shape.back } as usize];
+            let Some(material) = material.plain() else { break };
             let frame = Frame::new(at.ns * 1f32.copysign(side));
             let wo = frame.to_local(wo);
             // Light sampling.
