@@ -2,14 +2,15 @@
 
 use super::{Cell, Estimate, Estimator, MOST_PIXELS, Shape, dependence_of, estimate_by_batches, is_progressive};
 use crate::accel::bvh::Bvh;
-use crate::accel::simd::{Portable, Registers};
+#[cfg(target_arch = "x86_64")]
+use crate::accel::simd::Registers;
 use crate::error::{Error, Result};
 use crate::math::Rgb;
 use crate::record::Dependence;
 use crate::sampling::{Draw, Strategy};
 use crate::scene::Scene;
 use crate::scene::light::LightSampler;
-use crate::transport::{AnySink, NoSink, PathTracer, Sink, WAVE};
+use crate::transport::{NoSink, PathTracer, Sink, WAVE};
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -78,7 +79,15 @@ fn content_hash(scene: &Scene) -> String {
     for s in &scene.shapes {
         h.update(format!("{:?} {:?} {} {} {:?}", s.geometry, s.axes, s.front, s.back, s.light).as_bytes());
     }
-    let rest = (&scene.materials, &scene.transmittances, &scene.textures, &scene.lights, &scene.camera, &scene.film, &scene.depth);
+    let rest = (
+        &scene.materials,
+        &scene.transmittances,
+        &scene.textures,
+        &scene.lights,
+        &scene.camera,
+        &scene.film,
+        &scene.depth,
+    );
     h.update(format!("{rest:?}").as_bytes());
     h.finalize().to_hex()[..24].to_owned()
 }
@@ -105,7 +114,7 @@ impl CpuEstimator {
 
     /// One sample, told to a sink.
     pub fn sample_with(&self, draw: &Draw, sink: &mut dyn Sink) -> Rgb {
-        self.tracer().sample(Portable, draw, &mut AnySink(sink))
+        self.tracer().sample(draw, sink)
     }
 }
 
@@ -153,16 +162,18 @@ impl Estimator for CpuEstimator {
             }));
         }
         Ok(estimate_by_batches(self.shape(), checkpoint, previous, |pixels, samples, out| {
-            batch(Portable, &mut AnySink(&mut NoSink), &tracer, &draw, pixels, samples, out);
+            let mut radiance = [Rgb::ZERO; WAVE];
+            tracer.portable_wave(&draw, pixels, samples, &mut NoSink, &mut radiance);
+            put(&radiance, out);
         }))
     }
 }
 
 /// Fills samples of pixels: see [`crate::moments::BlockTree::extend`].
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
-fn batch<V: Registers, S: Sink>(
+fn batch<V: Registers>(
     simd: V,
-    sink: &mut S,
     tracer: &PathTracer<'_>,
     draw: &Draw,
     pixels: Range<u32>,
@@ -170,7 +181,11 @@ fn batch<V: Registers, S: Sink>(
     out: &mut [f64],
 ) {
     let mut radiance = [Rgb::ZERO; WAVE];
-    tracer.wave(simd, draw, pixels, samples, sink, &mut radiance);
+    tracer.wave(simd, draw, pixels, samples, &mut NoSink, &mut radiance);
+    put(&radiance, out);
+}
+
+fn put(radiance: &[Rgb], out: &mut [f64]) {
     for (out, c) in out.chunks_exact_mut(3).zip(radiance) {
         out.copy_from_slice(&[c.x.into(), c.y.into(), c.z.into()]);
     }
@@ -186,7 +201,7 @@ fn batch_avx2(
     samples: Range<u64>,
     out: &mut [f64],
 ) {
-    batch(simd, &mut NoSink, tracer, draw, pixels, samples, out);
+    batch(simd, tracer, draw, pixels, samples, out);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -199,5 +214,5 @@ fn batch_avx512(
     samples: Range<u64>,
     out: &mut [f64],
 ) {
-    batch(simd, &mut NoSink, tracer, draw, pixels, samples, out);
+    batch(simd, tracer, draw, pixels, samples, out);
 }

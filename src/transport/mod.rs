@@ -6,5 +6,5 @@ pub mod sink;
 mod wave;
 
 pub use path::PathTracer;
-pub use sink::{AnySink, Contribution, NoSink, Sink, Vertex, Via};
+pub use sink::{Contribution, NoSink, Sink, Vertex, Via};
 pub use wave::WAVE;

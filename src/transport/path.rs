@@ -4,10 +4,10 @@
 //! reached by light sampling alone, with weight 1; emission seen directly counts in full.
 
 use super::shading::shade;
-use super::sink::{Bounce, Contribution, Sink, Vertex, Via};
+use super::sink::{AnySink, Bounce, Contribution, Sink, Vertex, Via};
 use super::wave::{Paths, Vertices, Wave};
 use crate::accel::bvh::Bvh;
-use crate::accel::simd::Registers;
+use crate::accel::simd::{Portable, Registers};
 use crate::accel::{Rays, SurfacePoint, leave, segment};
 use crate::math::lanes::{bits, lane_of, set_bits};
 use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
@@ -77,11 +77,23 @@ impl<'a> PathTracer<'a> {
     }
 
     /// One sample of the radiance that reaches a pixel.
-    #[inline(always)]
-    pub fn sample<V: Registers, S: Sink>(&self, simd: V, draw: &Draw, sink: &mut S) -> Rgb {
+    pub fn sample(&self, draw: &Draw, sink: &mut dyn Sink) -> Rgb {
         let mut radiance = [Rgb::ZERO];
-        self.wave(simd, draw, draw.pixel..draw.pixel + 1, draw.sample..draw.sample + 1, sink, &mut radiance);
+        self.portable_wave(draw, draw.pixel..draw.pixel + 1, draw.sample..draw.sample + 1, sink, &mut radiance);
         radiance[0]
+    }
+
+    /// [`Self::wave`] for any processor and sink.
+    #[inline(never)]
+    pub fn portable_wave(
+        &self,
+        draw: &Draw,
+        pixels: Range<u32>,
+        samples: Range<u64>,
+        sink: &mut dyn Sink,
+        radiance: &mut [Rgb],
+    ) {
+        self.wave(Portable, draw, pixels, samples, &mut AnySink(sink), radiance);
     }
 
     /// Samples of the radiance that reaches pixels, whatever `draw.pixel` and `draw.sample` are; pixel by pixel, at most

@@ -81,7 +81,7 @@ pub struct NoSink;
 impl Sink for NoSink {}
 
 /// Any sink: one copy of the path tracer serves where speed does not count.
-pub struct AnySink<'a>(pub &'a mut dyn Sink);
+pub(super) struct AnySink<'a>(pub(super) &'a mut dyn Sink);
 
 impl Sink for AnySink<'_> {
     fn vertex(&mut self, v: &Vertex) {

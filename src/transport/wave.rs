@@ -248,14 +248,7 @@ impl<const DIFFUSE: bool> Vertices<DIFFUSE> {
 
 /// Once, not in every loop over lanes: it is long, and nothing in it becomes vector code.
 #[inline(never)]
-fn eval(
-    bsdf: &Bsdf,
-    frame: &Frame,
-    tables: &[Transmittance],
-    directions: Directions,
-    wo: Vec3,
-    wi: Vec3,
-) -> Evaluated {
+fn eval(bsdf: &Bsdf, frame: &Frame, tables: &[Transmittance], directions: Directions, wo: Vec3, wi: Vec3) -> Evaluated {
     bsdf.eval(tables, directions, frame.to_local(wo), frame.to_local(wi))
 }
 

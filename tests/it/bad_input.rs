@@ -164,7 +164,7 @@ const ELEMENTS: [(&str, &str); 88] = [
     ),
     (
         "<shape type='cube'><bsdf type='roughplastic'><float name='alpha' value='-0.1'/></bsdf></shape>",
-        "it must be at least 0 and at most 100",
+        "alpha [-0.1, -0.1, -0.1]; each channel must be in [0, 100]",
     ),
     (
         "<shape type='cube'><bsdf type='roughconductor'><float name='alpha_u' value='0.1'/></bsdf></shape>",

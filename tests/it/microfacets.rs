@@ -142,7 +142,8 @@ fn rough_materials_are_reciprocal() {
             });
             let (wo, wi) = (Vec3::new(a.x, a.y, a.z.abs().max(0.01)).normalize(), b);
             let f = |m: &Bsdf, wo: Vec3, wi: Vec3| m.eval(&tables, Directions::Bsdf, wo, wi).value.x / wi.z.abs();
-            let close = |a: f32, b: f32| (a - b).abs() <= 2e-4 * a.abs().max(b.abs()) + 1e-12;
+            let within = |bound: f32, a: f32, b: f32| (a - b).abs() <= bound * a.abs().max(b.abs()) + 1e-12;
+            let close = |a: f32, b: f32| within(2e-4, a, b);
             if wi.z > 0.0 {
                 for m in [mirrors(rough), glass(rough, 1.5), plastic(1.5, 0.5, true), coated] {
                     assert!(close(f(&m, wo, wi), f(&m, wi, wo)), "{m:?}: {wo} {wi}");
@@ -152,7 +153,8 @@ fn rough_materials_are_reciprocal() {
                 // From the other side, z is the other way round.
                 let flip = |v: Vec3| Vec3::new(v.x, v.y, -v.z);
                 let (there, back) = (f(&glass(rough, 1.5), wo, wi), f(&glass(rough, 1.0 / 1.5), flip(wi), flip(wo)));
-                assert!(close(there * 1.5 * 1.5, back), "{wo} {wi}: {there} {back}");
+                // Where both nearly graze, the half vector is a small difference.
+                assert!(within(3e-3, there * 1.5 * 1.5, back), "{wo} {wi}: {there} {back}");
                 lit[1] += usize::from(there > 0.0);
             }
         }
@@ -197,7 +199,7 @@ fn lossless_coats_and_interfaces_keep_their_energy() {
                 let (coated, tables) = rough_plastic(rough, 1.5, 1.0);
                 for (material, tables) in [(mirrors(rough), &[][..]), (glass(rough, 1.5), &[]), (coated, &tables)] {
                     let (mean, error) = albedo(TEST, &material, tables, wo);
-                    assert!(mean < 1.0 + 5.0 * error && mean > 0.05, "{material:?}, {degrees}°: {mean} ± {error}");
+                    assert!(mean < 1.0 + 5.0 * error && mean > 0.01, "{material:?}, {degrees}°: {mean} ± {error}");
                 }
             }
         }
@@ -214,7 +216,7 @@ fn ggx_at_roughness_one_has_its_closed_form() {
         let exact = 2.0 * (1.0 - std::f64::consts::LN_2) / (1.0 + f64::from(wo.z));
         let (mean, error) = albedo("alpha one", &material, &[], wo);
         assert!(
-            (mean - exact).abs() < 5.0 * error && error < 2e-3 * exact,
+            (mean - exact).abs() < 5.0 * error && error < 3e-3 * exact,
             "{degrees}°: {mean} ± {error}, not {exact}"
         );
         assert!((mean - 1.02 * exact).abs() > 5.0 * error, "2 % more must be seen");

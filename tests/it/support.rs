@@ -18,6 +18,8 @@ const CELLS: &[(&str, usize)] = &[
     ("planar", 2),
     ("filters", 5),
     ("diffuse", 3),
+    ("visible normals", 24),
+    ("glass and plastics", 42),
     ("rectangles", 26),
     ("triangles", 14),
     ("spheres", 9),

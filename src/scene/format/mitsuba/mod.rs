@@ -40,6 +40,7 @@ pub fn parse_str(text: &str, path: &Path, options: &Options) -> Result<Scene> {
         scene,
         size: options.size,
         surfaces: HashMap::new(),
+        open_surfaces: Vec::new(),
         default_surface: None,
         textures: Textures::default(),
     };
@@ -64,6 +65,8 @@ struct Builder {
     size: Option<[u32; 2]>,
     /// Front and back material of the BSDFs built so far, by node.
     surfaces: HashMap<usize, [u32; 2]>,
+    /// BSDFs that are being built, each inside the one before it.
+    open_surfaces: Vec<usize>,
     /// Material of shapes without BSDF.
     default_surface: Option<u32>,
     textures: Textures,

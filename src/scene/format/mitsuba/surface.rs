@@ -28,6 +28,10 @@ impl Builder {
             return Ok(known);
         }
         let node = &self.tree.nodes[index];
+        if self.open_surfaces.contains(&index) {
+            return Err(node.error("stands inside itself"));
+        }
+        self.open_surfaces.push(index);
         let surface = match node.plugin.as_str() {
             "diffuse" => [self.diffuse(index)?, 0],
             "conductor" | "roughconductor" => [self.conductor(index)?, 0],
@@ -44,6 +48,7 @@ impl Builder {
             "blendbsdf" => self.blend(index)?,
             other => return Err(node.unsupported(other, BSDFS)),
         };
+        self.open_surfaces.pop();
         self.surfaces.insert(index, surface);
         Ok(surface)
     }
