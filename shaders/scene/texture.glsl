@@ -4,6 +4,7 @@
 
 #include "math/vector.glsl"
 #include "scene/scene.glsl"
+#include "transport/specialise.glsl"
 
 struct Texture {
     uint kind;
@@ -49,7 +50,12 @@ uint bitmap_wrapped(uint wrap, int i, int size) {
     return uint(i < 0 ? 0 : i >= size ? size - 1 : i);
 }
 
-vec3 texture_eval(Texture texture, Vec3s texels, Vec3s attributes, UVec3s vertices, vec2 uv, uint triangle, vec2 barycentrics) {
+// `gradient`: derivatives of the first channel, for kernels with reliefs; zero but of bilinear pictures.
+vec3 texture_eval(
+    Texture texture, Vec3s texels, Vec3s attributes, UVec3s vertices, vec2 uv, uint triangle, vec2 barycentrics, out vec2 gradient
+) {
+    gradient = vec2(0.0);
+    vec2 after = vec2(0.0);
     // A sum of up to four colours, whatever the kind.
     uint taps = 1u;
     vec4 weights = vec4(1.0);
@@ -62,7 +68,6 @@ vec3 texture_eval(Texture texture, Vec3s texels, Vec3s attributes, UVec3s vertic
         uint wrap = texture.mode & 3u;
         taps = bilinear ? 4u : 1u;
         ivec2 texel;
-        vec2 after;
         for (uint k = 0u; k < 2u; ++k) {
             float weight;
             texel[k] = bitmap_texel(wrap, uv[k], texture.size[k], bilinear ? 0.5 : 0.0, weight);
@@ -92,7 +97,17 @@ vec3 texture_eval(Texture texture, Vec3s texels, Vec3s attributes, UVec3s vertic
         }
     }
     vec3 sum = vec3(0.0);
-    for (uint tap = 0u; tap < taps; ++tap) sum += texels.at[indices[tap]] * weights[tap];
+    vec4 f = vec4(0.0);
+    for (uint tap = 0u; tap < taps; ++tap) {
+        vec3 color = texels.at[indices[tap]];
+        f[tap] = color.x;
+        sum += color * weights[tap];
+    }
+    if (has(EFFECT_RELIEFS) && taps == 4u) {
+        float across = ((f.y - f.x) * (1.0 - after.y) + (f.w - f.z) * after.y) * float(texture.size.x);
+        float down = ((f.z - f.x) * (1.0 - after.x) + (f.w - f.y) * after.x) * float(texture.size.y);
+        gradient = vec2(texture.u.x * across + texture.u.y * down, texture.v.x * across + texture.v.y * down);
+    }
     return sum * texture.scale;
 }
 #endif

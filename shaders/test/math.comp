@@ -61,7 +61,7 @@ vec2 f2(uint k) { return vec2(f1(k), f1(k + 1u)); }
 vec3 f3(uint k) { return vec3(f1(k), f1(k + 1u), f1(k + 2u)); }
 Material material() {
     return Material(f3(0u), in_word(3u), f3(4u), f1(7u), f3(8u), in_word(11u), f2(12u), in_word(14u), in_word(15u), f1(16u),
-        f1(17u), uvec4(NONE), uvec2(0u));
+        f1(17u), uvec4(NONE), uvec2(0u), vec3(0.0), 0u, NONE);
 }
 
 void put(uint k, float x) { out_word(k, floatBitsToUint(x)); }

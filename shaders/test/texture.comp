@@ -37,7 +37,10 @@ void main() {
         Texture texture = tables.textures.at[in_word(0u)];
         vec2 barycentrics = vec2(in_float(4u), in_float(5u));
         Vec3s texels = tables.texels, attributes = tables.attributes;
-        out_vec3(0u, texture_eval(texture, texels, attributes, vertices, v.xy, in_word(3u), barycentrics));
+        vec2 gradient;
+        out_vec3(0u, texture_eval(texture, texels, attributes, vertices, v.xy, in_word(3u), barycentrics, gradient));
+        out_word(3u, floatBitsToUint(gradient.x));
+        out_word(4u, floatBitsToUint(gradient.y));
         return;
     }
     Parameterization found;

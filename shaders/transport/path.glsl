@@ -14,6 +14,12 @@
 #include "scene/light/choice.glsl"
 #include "scene/material/material.glsl"
 #include "transport/tracer.glsl"
+#ifdef FULL
+#include "scene/material/relief.glsl"
+#else
+// Nothing is ever bent.
+struct Bent { float alpha2; };
+#endif
 
 const float LARGEST_SURVIVAL = 0.999;
 
@@ -105,7 +111,7 @@ Frame frame_along(vec3 n, vec3 along) {
 }
 
 // Twin of shade in src/transport/shading.rs.
-Material path_shade_full(TracerAt tracer, Draw draw, uint depth, Vertex vertex, Hit hit, uint index, vec3 normal, out Frame frame) {
+Material path_shade_full(TracerAt tracer, Draw draw, uint depth, Vertex vertex, Hit hit, uint index, vec3 normal, vec3 wo, out Frame frame, out Bent bent) {
     uvec4 words = uvec4(0u);
     if (has(EFFECT_MIXTURES)) words = draw_words(sequence(tracer), draw, FIRST_LAYER + depth);
     Parameterization surface;
@@ -115,37 +121,55 @@ Material path_shade_full(TracerAt tracer, Draw draw, uint depth, Vertex vertex, 
         surface = parameterization_quadric(tracer.it.quadric_maps.at[tracer.it.shapes.at[vertex.at.shape].quadric], vertex.at.p);
     }
     Material material;
+    vec2 gradient;
     for (uint level = 0u;; ++level) {
         material = tracer.it.materials.at[index];
-        for (uint k = 0u; has(EFFECT_TEXTURES) && k < 4u; ++k) {
-            uint t = material.textures[k];
+        for (uint k = has(EFFECT_TEXTURES) ? 0u : 4u; k < (has(EFFECT_RELIEFS) ? 5u : 4u); ++k) {
+            uint t = k == 4u ? material.relief_texture : material.textures[k];
             if (t == NONE) continue;
             vec3 value = texture_eval(tracer.it.textures.at[t], tracer.it.texels, tracer.it.attributes, tracer.it.vertices,
-                surface.uv, vertex.at.triangle, vec2(hit.u, hit.v));
+                surface.uv, vertex.at.triangle, vec2(hit.u, hit.v), gradient);
             if (k == 0u) material.reflectance = value;
             if (k == 1u) material.second = value;
             if (k == 2u) material.alpha.x = value.x;
             if (k == 3u) material.alpha.y = value.x;
+            if (k == 4u && (material.relief_mode & RELIEF_MAP) != RELIEF_BUMP) material.relief = value;
         }
         if (!is(material, EFFECT_MIXTURES, MATERIAL_MIXTURE) || level == MIXTURE_DEPTH) break;
         index = material.materials[happens(words[level], material.alpha.x) ? 1u : 0u];
     }
     for (uint k = 0u; k < 2u; ++k) material.alpha[k] = clamp1(material.alpha[k], SMALLEST_ALPHA, LARGEST_ALPHA);
+    bent = Bent(normal, -1.0);
     bool turned = has(EFFECT_TANGENTS) && material.alpha.x != material.alpha.y;
-    frame = frame_along(normal, turned ? surface.dp_du : vec3(0.0));
+    bool relief = has(EFFECT_RELIEFS) && material.relief_mode != 0u;
+    vec3 along = turned || relief ? surface.dp_du : vec3(0.0);
+    for (uint k = 0u; k < 2u; ++k) {
+        frame = frame_along(normal, along);
+        vec3 n;
+        if (k == 1u || !relief) break;
+        if (relief_bend(material, gradient, surface, vertex.at, frame, wo, n, bent)) {
+            normal = n;
+            along = frame.s;
+            // The relief is seen from behind: one-sided materials are black there.
+            if (!(dot3(n, wo) > 0.0)) material.kind = MATERIAL_BLACK;
+        } else if (!turned) {
+            along = vec3(0.0);
+        }
+    }
     return material;
 }
 #endif
 
 // The material of one layer, and the frame around the shading normal on the side of the path; `cos` is between the two.
-Material path_shade(TracerAt tracer, Draw draw, uint depth, Vertex vertex, Hit hit, float cos, out Frame frame) {
+Material path_shade(TracerAt tracer, Draw draw, Path path, Vertex vertex, Hit hit, float cos, out Frame frame, out Bent bent) {
     uint index = cos > 0.0 ? vertex.front : vertex.back;
     vec3 normal = vertex.at.ns * copysign1(1.0, cos);
 #ifdef FULL
-    if (has(EFFECT_TEXTURES | EFFECT_TANGENTS | EFFECT_MIXTURES)) {
-        return path_shade_full(tracer, draw, depth, vertex, hit, index, normal, frame);
+    if (has(EFFECT_TEXTURES | EFFECT_TANGENTS | EFFECT_RELIEFS | EFFECT_MIXTURES)) {
+        return path_shade_full(tracer, draw, path.depth, vertex, hit, index, normal, path.wo, frame, bent);
     }
 #endif
+    bent.alpha2 = -1.0;
     frame = frame_new(normal);
     return tracer.it.materials.at[index];
 }
@@ -180,7 +204,7 @@ vec3 path_escape(TracerAt tracer, Path path) {
 }
 
 // Next-event estimation.
-vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, Frame frame, Material material) {
+vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, Frame frame, Bent bent, Material material) {
     uvec4 words = draw_words(sequence(tracer), draw, group(path.depth, DECISION_LIGHT));
     LightSample light;
     if (!light_sampler_sample(tracer.it.lights, tracer.it.surfaces, lights_mode(tracer), vertex.at.p, words, light)) {
@@ -189,6 +213,9 @@ vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, Frame fram
     vec3 wo = frame_to_local(frame, path.wo), wi = frame_to_local(frame, light.wi);
     float pdf_direction;
     vec3 f = material_eval(material, tracer.it.transmittances, directions(tracer), wo, wi, pdf_direction);
+#ifdef FULL
+    if (has(EFFECT_RELIEFS)) f *= bent_factor(bent, light.wi, wi.z);
+#endif
     if (f == vec3(0.0)) return vec3(0.0);
     if (light.delta || heuristic(tracer) == HEURISTIC_NONE) pdf_direction = 0.0;
     Endpoint from = endpoint_of(vertex.at);
@@ -204,14 +231,17 @@ vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, Frame fram
 }
 
 // Draws the next direction and plays roulette; false: the path ends.
-bool path_bounce(TracerAt tracer, Draw draw, inout Path path, Vertex vertex, Frame frame, Material material) {
+bool path_bounce(TracerAt tracer, Draw draw, inout Path path, Vertex vertex, Frame frame, Bent bent, Material material) {
     uvec4 words = draw_words(sequence(tracer), draw, group(path.depth, DECISION_DIRECTION));
     vec3 wo = frame_to_local(frame, path.wo);
     Scattered s;
     if (!material_sample(material, tracer.it.transmittances, directions(tracer), wo, words, s)) return false;
+    vec3 direction = frame_to_world(frame, s.wi);
+#ifdef FULL
+    if (has(EFFECT_RELIEFS)) s.value *= bent_factor(bent, direction, s.wi.z);
+#endif
     path.beta *= s.value / s.pdf;
     if (path.beta == vec3(0.0)) return false;
-    vec3 direction = frame_to_world(frame, s.wi);
     path.wo = -direction;
     path.pdf = s.pdf;
     path.delta = has(EFFECT_DELTA) && s.delta;
@@ -241,10 +271,11 @@ bool path_advance(TracerAt tracer, Draw draw, inout Path path) {
     if (path.depth >= max_depth(tracer)) return false;
     float cos = dot3(vertex.at.ns, path.wo);
     Frame frame;
-    Material material = path_shade(tracer, draw, path.depth, vertex, hit, cos, frame);
+    Bent bent;
+    Material material = path_shade(tracer, draw, path, vertex, hit, cos, frame, bent);
     if (cos == 0.0 || material.kind == MATERIAL_BLACK) return false;
-    if (has(EFFECT_SAMPLED_LIGHTS)) path.radiance += path_light(tracer, draw, path, vertex, frame, material);
-    if (!path_bounce(tracer, draw, path, vertex, frame, material)) return false;
+    if (has(EFFECT_SAMPLED_LIGHTS)) path.radiance += path_light(tracer, draw, path, vertex, frame, bent, material);
+    if (!path_bounce(tracer, draw, path, vertex, frame, bent, material)) return false;
     path.depth += 1u;
     return true;
 }

@@ -27,6 +27,7 @@ const uint EFFECT_THIN_DIELECTRICS = 512u;
 const uint EFFECT_NULL = 1024u;
 const uint EFFECT_TEXTURES = 1u << 11;
 const uint EFFECT_TANGENTS = 1u << 12;
+const uint EFFECT_RELIEFS = 1u << 13;
 const uint EFFECT_MIXTURES = 1u << 14;
 const uint EFFECT_ENVIRONMENT_MAP = 1u << 15;
 const uint EFFECT_LENS = 1u << 16;

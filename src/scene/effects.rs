@@ -38,6 +38,8 @@ impl Effects {
     pub const TEXTURES: Self = Self(1 << 11);
     /// Frames turned along texture coordinates.
     pub const TANGENTS: Self = Self(1 << 12);
+    /// Bump and normal maps.
+    pub const RELIEFS: Self = Self(1 << 13);
     /// Materials in layers: masks and blends.
     pub const MIXTURES: Self = Self(1 << 14);
     /// Radiance from outside by direction.
@@ -65,7 +67,7 @@ impl Effects {
     pub const SHORT: Self = Self((1 << 11) - 1);
 
     /// Every effect with its name.
-    pub const ALL: [(Self, &str); 24] = [
+    pub const ALL: [(Self, &str); 25] = [
         (Self::TRIANGLES, "triangles"),
         (Self::QUADRICS, "quadrics"),
         (Self::SMOOTH_NORMALS, "smooth normals"),
@@ -79,6 +81,7 @@ impl Effects {
         (Self::NULL, "null materials"),
         (Self::TEXTURES, "textures"),
         (Self::TANGENTS, "tangents"),
+        (Self::RELIEFS, "bump and normal maps"),
         (Self::MIXTURES, "mixtures"),
         (Self::ENVIRONMENT_MAP, "environment map"),
         (Self::LENS, "lens"),
@@ -137,7 +140,8 @@ impl Effects {
             };
             let textured = if material.bsdf.any(varies, varies) { Self::TEXTURES } else { Self::NONE };
             let turned = if material.bsdf.is_anisotropic() { Self::TANGENTS } else { Self::NONE };
-            kind.with(textured).with(turned)
+            let bent = if material.relief.is_some() { Self::RELIEFS } else { Self::NONE };
+            kind.with(textured).with(turned).with(bent)
         };
         scene.materials.iter().map(of).fold(Self::NONE, Self::with)
     }

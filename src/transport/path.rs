@@ -225,18 +225,18 @@ impl<'a> PathTracer<'a> {
             let (position, normal) = (at.end.p.get(lane), at.end.ng.get(lane));
             sink.vertex(&Vertex { depth, position, normal, shape: at.shape[lane], beta: paths.beta.get(lane) });
             let normal = vertices.normal.get(lane);
-            let (bsdf, frame) = match (self.plain[material[lane] as usize], hits.get(lane)) {
+            let (bsdf, frame, bent) = match (self.plain[material[lane] as usize], hits.get(lane)) {
                 (None, Some(hit)) => {
                     let draw = Draw { pixel: paths.pixel[lane], sample: paths.sample[lane], ..*draw };
                     let words = draw.words(group(depth, Decision::Layer));
-                    shade(self.scene, material[lane], (&hit, &at.get(lane)), normal, words)
+                    shade(self.scene, material[lane], (&hit, &at.get(lane)), [normal, paths.wo.get(lane)], words)
                 }
-                (plain, _) => (plain.unwrap_or(Bsdf::Black), Frame::new(normal)),
+                (plain, _) => (plain.unwrap_or(Bsdf::Black), Frame::new(normal), None),
             };
             match bsdf {
                 Bsdf::Black => paths.end(lane),
                 Bsdf::Diffuse { reflectance } if DIFFUSE => vertices.reflectance.set(lane, reflectance),
-                _ => (vertices.bsdf[lane], vertices.frame[lane]) = (bsdf, frame),
+                _ => (vertices.bsdf[lane], vertices.frame[lane], vertices.bent[lane]) = (bsdf, frame, bent),
             }
         }
         paths.live &= !bits(&grazing);

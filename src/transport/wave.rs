@@ -7,7 +7,7 @@ use crate::math::{Frame, LANES, Rgb, Vec3, Vec3Lanes};
 use crate::moments::BATCH;
 use crate::sampling::strategy::Directions;
 use crate::scene::Bsdf;
-use crate::scene::material::{Evaluated, Scattered, Transmittance};
+use crate::scene::material::{Bent, Evaluated, Scattered, Transmittance};
 use std::ops::Range;
 
 /// All lanes.
@@ -178,9 +178,10 @@ pub(super) struct Vertices<const DIFFUSE: bool> {
     pub(super) normal: Vec3Lanes,
     /// Where all is diffuse; zero in lanes without a surface.
     pub(super) reflectance: Vec3Lanes,
-    /// Where not; black in lanes without a surface. In the frames, z is the shading normal.
+    /// Where not; black in lanes without a surface. In the frames, z is the shading normal, bent by a relief.
     pub(super) bsdf: [Bsdf; LANES],
     pub(super) frame: [Frame; LANES],
+    pub(super) bent: [Option<Bent>; LANES],
 }
 
 impl<const DIFFUSE: bool> Vertices<DIFFUSE> {
@@ -190,6 +191,7 @@ impl<const DIFFUSE: bool> Vertices<DIFFUSE> {
         reflectance: Vec3Lanes::ZERO,
         bsdf: [Bsdf::Black; LANES],
         frame: [Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z }; LANES],
+        bent: [None; LANES],
     };
 
     /// The local frame of a lane.
@@ -217,7 +219,7 @@ impl<const DIFFUSE: bool> Vertices<DIFFUSE> {
                 let bsdf = Bsdf::Diffuse { reflectance: self.reflectance.get(lane) };
                 bsdf.eval(tables, directions, frame.to_local(wo), frame.to_local(wi))
             }
-            false => eval(&self.bsdf[lane], &self.frame[lane], tables, directions, wo, wi),
+            false => eval(&self.bsdf[lane], (&self.frame[lane], self.bent[lane]), tables, directions, wo, wi),
         }
     }
 
@@ -236,7 +238,7 @@ impl<const DIFFUSE: bool> Vertices<DIFFUSE> {
                 let bsdf = Bsdf::Diffuse { reflectance: self.reflectance.get(lane) };
                 bsdf.sample(tables, directions, self.frame(lane).to_local(wo), words)
             }
-            false => sample(&self.bsdf[lane], &self.frame[lane], tables, directions, wo, words),
+            false => sample(&self.bsdf[lane], (&self.frame[lane], self.bent[lane]), tables, directions, wo, words),
         }
     }
 
@@ -248,18 +250,34 @@ impl<const DIFFUSE: bool> Vertices<DIFFUSE> {
 
 /// Once, not in every loop over lanes: it is long, and nothing in it becomes vector code.
 #[inline(never)]
-fn eval(bsdf: &Bsdf, frame: &Frame, tables: &[Transmittance], directions: Directions, wo: Vec3, wi: Vec3) -> Evaluated {
-    bsdf.eval(tables, directions, frame.to_local(wo), frame.to_local(wi))
+fn eval(
+    bsdf: &Bsdf,
+    (frame, bent): (&Frame, Option<Bent>),
+    tables: &[Transmittance],
+    directions: Directions,
+    wo: Vec3,
+    wi: Vec3,
+) -> Evaluated {
+    let local = frame.to_local(wi);
+    let evaluated = bsdf.eval(tables, directions, frame.to_local(wo), local);
+    match bent.map(|b| b.factor(wi, local.z)) {
+        None => evaluated,
+        Some(0.0) => Evaluated { value: Rgb::ZERO, pdf: 0.0 },
+        Some(factor) => Evaluated { value: evaluated.value * factor, ..evaluated },
+    }
 }
 
 #[inline(never)]
 fn sample(
     bsdf: &Bsdf,
-    frame: &Frame,
+    (frame, bent): (&Frame, Option<Bent>),
     tables: &[Transmittance],
     directions: Directions,
     wo: Vec3,
     words: [u32; 4],
 ) -> Option<Scattered> {
-    bsdf.sample(tables, directions, frame.to_local(wo), words)
+    let sample = bsdf.sample(tables, directions, frame.to_local(wo), words)?;
+    let Some(bent) = bent else { return Some(sample) };
+    let factor = bent.factor(frame.to_world(sample.wi), sample.wi.z);
+    (factor > 0.0).then_some(Scattered { value: sample.value * factor, ..sample })
 }

@@ -52,6 +52,12 @@ struct Material {
     uvec4 textures;
     // What a mixture is made of; alpha.x is the weight of the second.
     uvec2 materials;
+    // Scale of a bump map, or the colour of a constant normal map.
+    vec3 relief;
+    // 0 none, 1 bump map, 2 normal map; and RELIEF_…
+    uint relief_mode;
+    // Or NONE.
+    uint relief_texture;
 };
 
 // Whether a material is of this kind, in kernels that know it.

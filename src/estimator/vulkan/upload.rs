@@ -9,7 +9,7 @@ use crate::math::{Rgb, Vec2, Vec3, warp};
 use crate::sampling::strategy::{Heuristic, Lights, Strategy};
 use crate::sampling::{Sequence, strategy::Directions};
 use crate::scene::light::{LightTables, environment};
-use crate::scene::material::{Coat, Distribution, Microfacets};
+use crate::scene::material::{Coat, Distribution, Microfacets, Relief, ReliefMap};
 use crate::scene::texture::{Input, PackedTexture};
 use crate::scene::{Bsdf, Camera, Effects, EnvironmentMap, Filter, Geometry, Light, Material, Projection, Scene};
 use bytemuck::{Pod, Zeroable};
@@ -47,7 +47,7 @@ impl SceneBuffers {
         let mut up = |bytes: &[u8]| commands.upload(bytes);
         let effects = Effects::of(scene, false);
         let smooth = effects.contains(Effects::SMOOTH_NORMALS);
-        let mapped = effects.intersects(Effects::TEXTURES.with(Effects::TANGENTS));
+        let mapped = effects.intersects(Effects::TEXTURES.with(Effects::TANGENTS).with(Effects::RELIEFS));
         let indexed = smooth || mapped;
         let vertices: Vec<[u32; 3]> =
             if indexed { scene.triangles.iter().map(|t| t.vertices).collect() } else { Vec::new() };
@@ -164,11 +164,34 @@ struct MaterialAt {
     /// Of `reflectance`, `second` and `alpha`; [`u32::MAX`] where they are the same everywhere.
     textures: [u32; 4],
     materials: [u32; 2],
+    /// Scale of a bump map, or the colour of a constant normal map.
+    relief: [f32; 3],
+    /// 0 none, 1 bump map, 2 normal map; + 4 inward, + 8 flips, + 16 shadows.
+    relief_mode: u32,
+    /// Or [`u32::MAX`].
+    relief_texture: u32,
 }
 
 impl MaterialAt {
     fn of(material: &Material) -> Self {
-        let zero = Self { textures: [u32::MAX; 4], ..Self::default() };
+        Self::of_bsdf(&material.bsdf).bent(material.relief.as_ref())
+    }
+
+    fn bent(self, relief: Option<&Relief>) -> Self {
+        let Some(relief) = relief else { return self };
+        let (map, value) = match relief.map {
+            ReliefMap::Bump { scale, .. } => (1, Rgb::splat(scale)),
+            ReliefMap::Normal(Input::Value(value)) => (2, value),
+            ReliefMap::Normal(Input::Texture(_)) => (2, Rgb::ZERO),
+        };
+        let flags = [(relief.inward, 4), (relief.flips, 8), (relief.shadows, 16)];
+        let flags: u32 = flags.iter().filter(|f| f.0).map(|f| f.1).sum();
+        let relief_texture = relief.texture().unwrap_or(u32::MAX);
+        Self { relief: value.into(), relief_mode: map + flags, relief_texture, ..self }
+    }
+
+    fn of_bsdf(bsdf: &Bsdf<Input, Input>) -> Self {
+        let zero = Self { textures: [u32::MAX; 4], relief_texture: u32::MAX, ..Self::default() };
         let (zero_input, split) = (Input::Value(Rgb::ZERO), |input: &Input| match *input {
             Input::Value(value) => (value.to_array(), u32::MAX),
             Input::Texture(index) => ([0.0; 3], index),
@@ -182,7 +205,7 @@ impl MaterialAt {
             k: (*k).into(),
             ..plain(kind, reflectance, &zero_input)
         };
-        match &material.bsdf {
+        match bsdf {
             Bsdf::Black => zero,
             Bsdf::Diffuse { reflectance } => plain(1, reflectance, &zero_input),
             Bsdf::Conductor { eta, k, reflectance } => conductor(2, eta, k, reflectance),

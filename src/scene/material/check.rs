@@ -2,7 +2,7 @@
 
 use super::super::Scene;
 use super::super::texture::Input;
-use super::{Bsdf, Coat, LARGEST_INDEX, MIXTURE_DEPTH, Material, Microfacets, ROUGHNESS};
+use super::{Bsdf, Coat, LARGEST_INDEX, MIXTURE_DEPTH, Material, Microfacets, ROUGHNESS, Relief, ReliefMap};
 use crate::math::Rgb;
 
 impl Material {
@@ -20,7 +20,13 @@ impl Material {
         };
         let missing = |input: &Input| matches!(input, Input::Texture(t) if *t as usize >= scene.textures.len());
         unless(!self.bsdf.any(outside, |_| false), "a reflectance or transmittance is not in [0, 1]".into());
-        unless(!self.bsdf.any(missing, missing), "names a texture that is not there".into());
+        let relief = self.relief.and_then(|r| r.texture()).map(Input::Texture);
+        unless(!self.bsdf.any(missing, missing) && !relief.iter().any(missing), "names a texture that is not there".into());
+        let layered = matches!(self.bsdf, Bsdf::Mixture { .. });
+        unless(self.relief.is_none() || !layered, "a mixture has a relief; what it is made of may have one".into());
+        if let Some(Relief { map: ReliefMap::Bump { scale, .. }, .. }) = self.relief {
+            unless(scale.is_finite(), format!("the scale {scale} of a bump map is not finite"));
+        }
         let sound = |eta: f32| (1.0 / LARGEST_INDEX..=LARGEST_INDEX).contains(&eta);
         let index = match &self.bsdf {
             Bsdf::Conductor { eta, k, .. } | Bsdf::RoughConductor { eta, k, .. } => {

@@ -7,6 +7,7 @@ mod diffuse;
 mod fresnel;
 mod microfacet;
 mod plastic;
+mod relief;
 mod rough_conductor;
 mod rough_dielectric;
 mod thin_dielectric;
@@ -21,6 +22,7 @@ pub(super) use check::depth;
 pub(crate) use microfacet::ROUGHNESS;
 pub use microfacet::{Distribution, Microfacets};
 pub use plastic::Coat;
+pub use relief::{Bent, Relief, ReliefMap};
 pub use transmittance::{Transmittance, diffuse_reflectance, diffuse_rough_reflectance};
 
 /// Largest index of refraction, of either side over the other: beyond it squares leave the range of floats.
@@ -31,11 +33,13 @@ pub(crate) const LARGEST_INDEX: f32 = 1e6;
 pub struct Material {
     /// What it does to light.
     pub bsdf: Bsdf<Input, Input>,
+    /// Bends the frame that the BSDF is in; not of mixtures.
+    pub relief: Option<Relief>,
 }
 
 impl Material {
     /// Reflects nothing.
-    pub const BLACK: Self = Self { bsdf: Bsdf::Black };
+    pub const BLACK: Self = Self { bsdf: Bsdf::Black, relief: None };
 }
 
 impl Material {
@@ -44,7 +48,7 @@ impl Material {
         let varies = |i: &Input| matches!(i, Input::Texture(_));
         let value = |i: &Input| if let Input::Value(v) = i { *v } else { Rgb::ZERO };
         let bsdf = self.bsdf.map(value, |i| value(i).x);
-        let plain = !self.bsdf.any(varies, varies) && !bsdf.is_anisotropic();
+        let plain = !self.bsdf.any(varies, varies) && !bsdf.is_anisotropic() && self.relief.is_none();
         (plain && !matches!(bsdf, Bsdf::Mixture { .. })).then_some(bsdf)
     }
 }
@@ -52,7 +56,14 @@ impl Material {
 impl From<Bsdf> for Material {
     /// The same everywhere.
     fn from(bsdf: Bsdf) -> Self {
-        Self { bsdf: bsdf.map(|c| Input::Value(*c), |x| Input::Value(Rgb::splat(*x))) }
+        bsdf.map(|c| Input::Value(*c), |x| Input::Value(Rgb::splat(*x))).into()
+    }
+}
+
+impl From<Bsdf<Input, Input>> for Material {
+    /// Without relief.
+    fn from(bsdf: Bsdf<Input, Input>) -> Self {
+        Self { bsdf, relief: None }
     }
 }
 

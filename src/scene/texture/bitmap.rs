@@ -59,6 +59,24 @@ impl Bitmap {
         sum
     }
 
+    /// Derivatives of the first channel at `uv`. Unlike Mitsuba's they are right where `to_uv` turns a picture that is not square.
+    pub(super) fn gradient(&self, texels: &[Rgb], uv: Vec2) -> Vec2 {
+        if self.filter == TextureFilter::Nearest {
+            return Vec2::ZERO;
+        }
+        let uv = self.to_uv.apply(uv);
+        let (x, x_weight) = self.texel(uv.x, self.size[0], 0.5);
+        let (y, y_weight) = self.texel(uv.y, self.size[1], 0.5);
+        let [f00, f10, f01, f11] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(right, below)| {
+            let (column, row) = (self.wrapped(x + right, self.size[0]), self.wrapped(y + below, self.size[1]));
+            texels[(self.first + row * self.size[0] + column) as usize].x
+        });
+        let across = ((f10 - f00) * (1.0 - y_weight) + (f11 - f01) * y_weight) * self.size[0] as f32;
+        let down = ((f01 - f00) * (1.0 - x_weight) + (f11 - f10) * x_weight) * self.size[1] as f32;
+        let UvTransform { u, v, .. } = self.to_uv;
+        Vec2::new(u[0] * across + u[1] * down, v[0] * across + v[1] * down)
+    }
+
     /// The texel at or before a coordinate, −1 to twice the size, and the weight of the one after it. Whole periods are
     /// taken off first, so that no coordinate is too large for an integer.
     fn texel(&self, x: f32, size: u32, shift: f32) -> (i32, f32) {

@@ -101,6 +101,20 @@ impl Texture {
     }
 }
 
+impl Texture {
+    /// Derivatives of the first channel with respect to the texture coordinates of the surface, where it is a bilinear picture;
+    /// zero elsewhere.
+    ///
+    /// # Panics
+    /// Where the texture is not of this scene.
+    pub fn gradient(&self, scene: &Scene, uv: Vec2) -> Vec2 {
+        match self {
+            Self::Bitmap(bitmap) => bitmap.gradient(&scene.texels, uv),
+            _ => Vec2::ZERO,
+        }
+    }
+}
+
 /// An affine map of texture coordinates: `u·x + v·y + origin`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]

@@ -5,6 +5,7 @@ mod camera;
 mod ior;
 mod light;
 mod reader;
+mod relief;
 mod shape;
 mod surface;
 mod texture;

@@ -16,8 +16,8 @@ use crate::scene::{Bsdf, Material, Texture};
 use glam::DVec3;
 use std::ops::RangeInclusive;
 
-const BSDFS: &str = "blendbsdf, conductor, dielectric, diffuse, mask, null, plastic, roughconductor, roughdielectric, \
-                     roughplastic, thindielectric, twosided";
+const BSDFS: &str = "blendbsdf, bumpmap, conductor, dielectric, diffuse, mask, normalmap, null, plastic, roughconductor, \
+                     roughdielectric, roughplastic, thindielectric, twosided";
 /// How Mitsuba samples microfacets has no effect on what is measured.
 const QUIET: &[&str] = &["sample_visible"];
 
@@ -46,6 +46,7 @@ impl Builder {
             "twosided" => self.two_sided(index)?,
             "mask" => self.mask(index)?,
             "blendbsdf" => self.blend(index)?,
+            "bumpmap" | "normalmap" => self.relief(index)?,
             other => return Err(node.unsupported(other, BSDFS)),
         };
         self.open_surfaces.pop();
@@ -120,7 +121,7 @@ impl Builder {
             sides[k] = match [a[k], b[k]] {
                 [0, 0] => 0,
                 same if k == 1 && same == [a[0], b[0]] => sides[0],
-                materials => self.push_material(Material { bsdf: Bsdf::Mixture { weight, materials } }),
+                materials => self.push_material(Bsdf::Mixture { weight, materials }.into()),
             };
             if depth(&self.scene, sides[k]) > MIXTURE_DEPTH {
                 return Err(self.tree.nodes[index].error(format!("masks and blends more than {MIXTURE_DEPTH} deep")));
@@ -133,7 +134,7 @@ impl Builder {
         self.only_colours(index, &["reflectance"])?;
         let reflectance = self.factor(index, "reflectance", 0.5)?;
         self.finish(index, &[]);
-        Ok(self.push_material(Material { bsdf: Bsdf::Diffuse { reflectance } }))
+        Ok(self.push_material(Bsdf::Diffuse { reflectance }.into()))
     }
 
     fn conductor(&mut self, index: usize) -> Result<u32> {
@@ -161,7 +162,7 @@ impl Builder {
             _ => Bsdf::RoughConductor { facets: self.facets(index)?, eta, k, reflectance },
         };
         self.finish(index, QUIET);
-        Ok(self.push_material(Material { bsdf }))
+        Ok(self.push_material(bsdf.into()))
     }
 
     /// Distribution and roughness of microfacets.
@@ -221,7 +222,7 @@ impl Builder {
             Bsdf::RoughPlastic { facets, coat, table, reflectance, specular }
         };
         self.finish(index, QUIET);
-        Ok(self.push_material(Material { bsdf }))
+        Ok(self.push_material(bsdf.into()))
     }
 
     /// The mean of an input over its colours and texels; that of mesh attributes is not known yet.
@@ -247,20 +248,20 @@ impl Builder {
         if eta == 1.0 {
             return Err(self.tree.nodes[index].error("the indices of refraction inside and outside must differ"));
         }
-        let side = |eta| Material { bsdf: Bsdf::RoughDielectric { facets, eta, reflectance, transmittance } };
+        let side = |eta| Bsdf::RoughDielectric { facets, eta, reflectance, transmittance }.into();
         Ok([self.push_material(side(eta)), self.push_material(side(1.0 / eta))])
     }
 
     /// Materials seen from outside and from inside.
     fn dielectric(&mut self, index: usize) -> Result<[u32; 2]> {
         let (eta, reflectance, transmittance) = self.interface(index)?;
-        let side = |eta| Material { bsdf: Bsdf::Dielectric { eta, reflectance, transmittance } };
+        let side = |eta| Bsdf::Dielectric { eta, reflectance, transmittance }.into();
         Ok([self.push_material(side(eta)), self.push_material(side(1.0 / eta))])
     }
 
     fn thin_dielectric(&mut self, index: usize) -> Result<[u32; 2]> {
         let (eta, reflectance, transmittance) = self.interface(index)?;
-        Ok([self.push_material(Material { bsdf: Bsdf::ThinDielectric { eta, reflectance, transmittance } }); 2])
+        Ok([self.push_material(Bsdf::ThinDielectric { eta, reflectance, transmittance }.into()); 2])
     }
 
     /// Relative index of refraction and factors of reflection and transmission of a smooth dielectric.
@@ -341,7 +342,7 @@ impl Builder {
         self.push_material(bsdf.into())
     }
 
-    fn push_material(&mut self, material: Material) -> u32 {
+    pub(super) fn push_material(&mut self, material: Material) -> u32 {
         self.scene.materials.push(material);
         self.scene.materials.len() as u32 - 1
     }

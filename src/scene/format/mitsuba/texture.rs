@@ -23,6 +23,8 @@ pub(super) enum Use {
     Color,
     /// A number: the luminance of colours.
     Scalar,
+    /// A vector: three channels.
+    Normal,
 }
 
 /// What has been read for textures so far.
@@ -63,7 +65,7 @@ impl Builder {
         Ok(Input::Value(if usage == Use::Scalar { grey(value) } else { value }))
     }
 
-    fn texture(&mut self, index: usize, usage: Use) -> Result<u32> {
+    pub(super) fn texture(&mut self, index: usize, usage: Use) -> Result<u32> {
         if let Some(&known) = self.textures.known.get(&(index, usage)) {
             return Ok(known);
         }
@@ -123,7 +125,7 @@ impl Builder {
         let node = &self.tree.nodes[index];
         let place = node.place.clone();
         let picture = if raw { picture::load_raw(&path, &place)? } else { picture::load(&path, &place)? };
-        let Picture { width, height, encoding, mut texels, .. } = picture;
+        let Picture { width, height, encoding, grey: one_channel, mut texels, .. } = picture;
         if self.scene.texels.len() + texels.len() > MOST_TEXELS {
             return Err(node.error(format!("the scene's textures have more than {MOST_TEXELS} texels")));
         }
@@ -133,6 +135,12 @@ impl Builder {
         }
         if raw && encoding == Encoding::Linear {
             self.warn(&place, "`raw` has no effect on pictures of floats");
+        }
+        if usage == Use::Normal && one_channel {
+            return Err(self.tree.nodes[index].error("has one channel; a normal map needs three"));
+        }
+        if usage == Use::Normal && !raw && encoding == Encoding::Srgb {
+            self.warn(&place, "a normal map that is not `raw`: its values are decoded as sRGB colours");
         }
         if usage == Use::Scalar {
             texels.iter_mut().for_each(|c| *c = grey(*c));
