@@ -195,7 +195,7 @@ fn rare_effects_agree_with_the_cpu() {
     let Some(device) = vulkan() else { return };
     let mut failures = Vec::new();
     let (beam, intensity) = (Beam { axis: -Vec3::Y, cutoff: 0.9, width: 0.3 }, Vec3::new(9.0, 7.0, 5.0));
-    for orthographic in [false, true] {
+    for orthographic in [None, Some(false), Some(true)] {
         let mut scene = all_lights();
         scene.lights.retain(|l| !matches!(l, Light::Constant { .. }));
         scene.environment_map = Some(Arc::new(patterned(24, 12, [Vec3::Z, Vec3::Y, Vec3::NEG_X])));
@@ -205,18 +205,21 @@ fn rare_effects_agree_with_the_cpu() {
             Light::Directional { direction: Vec3::new(0.6, -0.8, 0.0), irradiance: Vec3::new(1.0, 2.0, 3.0) },
         ]);
         let (u, v) = (scene.camera.across.normalize(), scene.camera.down.normalize());
-        scene.camera.projection = match orthographic {
-            true => Projection::Orthographic { direction: u.cross(v) },
-            false => Projection::ThinLens { radii: [u * 0.2, v * 0.2], inverse_focus: 0.2 },
-        };
+        match orthographic {
+            Some(true) => scene.camera.projection = Projection::Orthographic { direction: u.cross(v) },
+            Some(false) => {
+                scene.camera.projection = Projection::ThinLens { radii: [u * 0.2, v * 0.2], inverse_focus: 0.2 };
+            }
+            None => scene = crate::reliefs::room(FILM),
+        }
         scene.validate().unwrap();
         let prepared = Arc::new(PreparedScene::new(scene).unwrap());
         let scene = Arc::new(DeviceScene::new(&device, Arc::clone(&prepared)).unwrap());
-        for preset in [Preset::Mis, Preset::Sobol].into_iter().take(if orthographic { 1 } else { 2 }) {
+        for preset in [Preset::Mis, Preset::Sobol].into_iter().take(if orthographic == Some(true) { 1 } else { 2 }) {
             let cpu = samples(&CpuEstimator::new(Arc::clone(&prepared), preset.strategy()), RUNS);
             let gpu = samples(&estimator(&scene, preset.strategy(), Tuning::default()).unwrap(), RUNS);
             let paired = Paired::new(&cpu, &gpu);
-            let line = paired.line(&format!("orthographic {orthographic} · {}", preset.label()));
+            let line = paired.line(&format!("orthographic {orthographic:?} · {}", preset.label()));
             println!("{line}");
             if !paired.agrees() {
                 failures.push(line.clone());

@@ -27,6 +27,7 @@ mod microfacets;
 mod moments;
 mod pictures;
 mod planted;
+mod reliefs;
 mod report;
 mod sampling;
 mod scene_reader;
