@@ -21,7 +21,9 @@ pub(super) fn shade(
     let lookup = Lookup { uv: surface.uv, triangle: at.triangle, barycentrics: [hit.u, hit.v].into() };
     let mut words = words.into_iter();
     loop {
-        let Some(layer) = scene.materials.get(material as usize) else { return (Bsdf::Black, Frame::new(normal), None) };
+        let Some(layer) = scene.materials.get(material as usize) else {
+            return (Bsdf::Black, Frame::new(normal), None);
+        };
         match (layer.bsdf.at(scene, &lookup), words.next()) {
             (Bsdf::Mixture { weight, materials }, Some(word)) => {
                 material = materials[usize::from(happens(word, weight))]

@@ -115,10 +115,8 @@ fn cases() -> Vec<Case> {
     let (down, left) = (|| down.clone(), || left.clone());
     let mask = format!("<bsdf type='mask'><float name='opacity' value='1'/>{DIFFUSE}</bsdf>");
     let turned = "<transform name='to_uv'><scale x='0.5' y='0.7'/><translate x='0.1' y='0.2'/></transform>";
-    let scaled = format!(
-        "<bsdf type='bumpmap'><float name='scale' value='2'/>{}{DIFFUSE}</bsdf>",
-        texture("bump", turned)
-    );
+    let scaled =
+        format!("<bsdf type='bumpmap'><float name='scale' value='2'/>{}{DIFFUSE}</bsdf>", texture("bump", turned));
     let mesh = |bsdf: &str| format!("<shape type='obj'><string name='filename' value='smooth.obj'/>{bsdf}</shape>");
     let ball = |bsdf: &str| format!("<shape type='sphere'>{bsdf}</shape>");
     let r = |bsdf: &str| rectangle(bsdf);
@@ -237,7 +235,8 @@ pub(crate) fn room(film: u32) -> Scene {
         format!("<transform name='to_world'><scale value='0.8'/><translate x='{x}' y='{y}' z='0.8'/></transform>")
     };
     let ball = |x, y, bsdf: &str| format!("<shape type='sphere'>{}{bsdf}</shape>", at(x, y));
-    let blend = format!("<bsdf type='blendbsdf'><float name='weight' value='0.4'/>{DIFFUSE}<bsdf type='plastic'/></bsdf>");
+    let blend =
+        format!("<bsdf type='blendbsdf'><float name='weight' value='0.4'/>{DIFFUSE}<bsdf type='plastic'/></bsdf>");
     let content = format!(
         "<integrator type='path'><integer name='max_depth' value='6'/></integrator>
          <sensor type='perspective'><float name='fov' value='50'/>

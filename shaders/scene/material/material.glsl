@@ -93,8 +93,9 @@ vec3 coated_eval(Material material, Floats tables, uint directions, vec3 wo, vec
     if (rough_conductor || rough_dielectric || rough_plastic) {
         bool reflects = wi.z > 0.0;
         Half h;
-        if (!microfacet_half(material.distribution, material.alpha, wo, wi, reflects ? 1.0 : material.eta, h)) return value;
-        if (rough_conductor) {
+        if (!microfacet_half(material.distribution, material.alpha, wo, wi, reflects ? 1.0 : material.eta, h)) {
+            if (!rough_dielectric) return value;
+        } else if (rough_conductor) {
             value = rough_conductor_eval(material.second, material.k, material.reflectance, h, pdf);
         } else if (rough_dielectric) {
             value = rough_dielectric_eval(material.eta, material.reflectance, material.second, reflects, h, pdf);

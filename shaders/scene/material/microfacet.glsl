@@ -83,7 +83,7 @@ vec2 visible_slopes(float tan, float cot, vec2 u) {
     float slope = 0.0;
     vec2 slopes = vec2(0.0);
     for (int k = 0; k < STEPS + 2; ++k) {
-        if (k <= STEPS) x = x > low && x < high ? x : 0.5 * (low + high);
+        if (k <= STEPS) x = x >= low && x <= high ? x : 0.5 * (low + high);
         slope = erf_inv(k <= STEPS ? x : 2.0 * u.y - 1.0);
         if (k == STEPS) slopes.x = slope;
         if (k == STEPS + 1) slopes.y = slope;

@@ -21,7 +21,10 @@ impl Material {
         let missing = |input: &Input| matches!(input, Input::Texture(t) if *t as usize >= scene.textures.len());
         unless(!self.bsdf.any(outside, |_| false), "a reflectance or transmittance is not in [0, 1]".into());
         let relief = self.relief.and_then(|r| r.texture()).map(Input::Texture);
-        unless(!self.bsdf.any(missing, missing) && !relief.iter().any(missing), "names a texture that is not there".into());
+        unless(
+            !self.bsdf.any(missing, missing) && !relief.iter().any(missing),
+            "names a texture that is not there".into(),
+        );
         let layered = matches!(self.bsdf, Bsdf::Mixture { .. });
         unless(self.relief.is_none() || !layered, "a mixture has a relief; what it is made of may have one".into());
         if let Some(Relief { map: ReliefMap::Bump { scale, .. }, .. }) = self.relief {

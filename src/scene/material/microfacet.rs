@@ -163,7 +163,7 @@ fn visible_slopes(tan: f32, cot: f32, u: [f32; 2]) -> [f32; 2] {
     let (mut low, mut high) = (-LARGEST, largest);
     let mut x = largest - (1.0 + largest) * erf((-ln(u[0])).sqrt());
     for _ in 0..STEPS {
-        x = if x > low && x < high { x } else { 0.5 * (low + high) };
+        x = if x >= low && x <= high { x } else { 0.5 * (low + high) };
         let slope = erf_inv(x);
         let value = 1.0 + x + scale * exp_neg(slope * slope) - target;
         if value > 0.0 {
@@ -173,7 +173,7 @@ fn visible_slopes(tan: f32, cot: f32, u: [f32; 2]) -> [f32; 2] {
         }
         x -= value / (1.0 - slope * tan);
     }
-    x = if x > low && x < high { x } else { 0.5 * (low + high) };
+    x = if x >= low && x <= high { x } else { 0.5 * (low + high) };
     let across = 2.0 * u[1] - 1.0;
     [erf_inv(x), erf_inv(across)]
 }

@@ -84,6 +84,7 @@ pub(super) fn eval_rough(
     let base = coat.base(reflectance) * (t_o * table.at(wi.z) * wi.z * FRAC_1_PI);
     let p = coat.choice(1.0 - t_o);
     let below = (1.0 - p) * diffuse::pdf(directions, wo, wi);
+    // Two directions above the surface always have a half vector there.
     let Some(half) = facets.half(wo, wi, 1.0) else { return Evaluated { value: base, pdf: below } };
     let quarter = 0.25 * half.d * half.visible_o;
     let (r, _) = fresnel::dielectric(half.cos_o, coat.eta);

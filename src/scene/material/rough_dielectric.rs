@@ -19,16 +19,21 @@ pub(super) fn eval(
         return Evaluated::NOTHING;
     }
     let reflects = wi.z > 0.0;
-    let Some(half) = facets.half(wo, wi, if reflects { 1.0 } else { eta }) else { return Evaluated::NOTHING };
-    let (r, _) = fresnel::dielectric(half.cos_o, eta);
-    let (value, pdf) = if reflects {
-        let quarter = r * 0.25 * half.d * half.visible_o;
-        (reflectance * (quarter * half.g_i), quarter)
-    } else {
-        let through = (1.0 - r) * half.d * half.visible_o * (half.cos_o * -half.cos_i) / half.length2;
-        (transmittance * (through * half.g_i), through * (eta * eta))
-    };
-    let pdf = if directions == Directions::Bsdf { pdf } else { microfacet::other_pdf(directions, wi, true) };
+    let (mut value, mut pdf) = (Rgb::ZERO, 0.0);
+    if let Some(half) = facets.half(wo, wi, if reflects { 1.0 } else { eta }) {
+        let (r, _) = fresnel::dielectric(half.cos_o, eta);
+        if reflects {
+            pdf = r * 0.25 * half.d * half.visible_o;
+            value = reflectance * (pdf * half.g_i);
+        } else {
+            let through = (1.0 - r) * half.d * half.visible_o * (half.cos_o * -half.cos_i) / half.length2;
+            pdf = through * (eta * eta);
+            value = transmittance * (through * half.g_i);
+        }
+    }
+    if directions != Directions::Bsdf {
+        pdf = microfacet::other_pdf(directions, wi, true);
+    }
     Evaluated { value, pdf }
 }
 
