@@ -70,6 +70,13 @@ impl Bvh {
         Primitives::new(scene).map(drop)
     }
 
+    /// Bytes of its trees and of all that stands at their leaves and in tables beside them.
+    pub fn bytes(&self) -> usize {
+        let triangles = self.triangles.as_ref().map_or(0, |(tree, packets)| tree.bytes() + size_of_val(&packets[..]));
+        let quadrics = self.quadrics.as_ref().map_or(0, |(tree, all)| tree.bytes() + size_of_val(&all[..]));
+        triangles + quadrics + self.few.as_ref().map_or(0, Few::bytes) + size_of_val(&self.surfaces[..])
+    }
+
     /// [`Scene::surface_point`] of the `live` lanes' hits, from tables; `scene` must be the one that the BVH was built for.
     #[inline(always)]
     pub fn surface_points<R: Registers>(

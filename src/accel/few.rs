@@ -119,6 +119,10 @@ impl List {
 }
 
 impl Few {
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.vertices[..]) + size_of_val(&self.triangles[..]) + size_of_val(&self.pairs[..])
+    }
+
     /// `None` where there are too many triangles, or none.
     pub(super) fn new(triangles: &[[Vec3; 3]]) -> Option<Self> {
         if triangles.is_empty() || triangles.len() > FEW {

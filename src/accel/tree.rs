@@ -96,6 +96,11 @@ impl Tree {
         Some(tree)
     }
 
+    /// Bytes of the inner nodes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+    }
+
     /// Where a walk starts: an inner node or, with [`LEAF`], a leaf.
     pub(super) fn root(&self) -> u32 {
         self.root

@@ -4,6 +4,7 @@ mod calibrate;
 mod completions;
 #[cfg(feature = "vulkan")]
 mod devices;
+mod explain;
 mod render;
 mod replay;
 mod report;
@@ -24,6 +25,8 @@ pub enum Command {
     Calibrate(calibrate::Calibrate),
     /// Render one image with its statistics.
     Render(render::Render),
+    /// Say what scenes call for, what is left out, what they hold and what they cost.
+    Explain(explain::Explain),
     /// Write the report of a finished run again.
     Report(report::Report),
     /// Trace one sample again and print its path vertex by vertex.
@@ -56,6 +59,7 @@ impl Command {
             Self::Verify(c) => c.execute(),
             Self::Calibrate(c) => c.execute(),
             Self::Render(c) => c.execute(),
+            Self::Explain(c) => c.execute(),
             Self::Report(c) => c.execute(),
             Self::Replay(c) => c.execute(),
             #[cfg(feature = "vulkan")]

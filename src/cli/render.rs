@@ -8,8 +8,9 @@ use crate::record::layers;
 use crate::run::{progress_bar, sample};
 use crate::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy};
 use crate::sampling::{Key, Role};
+use crate::scene::Scene;
 use crate::scene::format::Options;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Renders one image and writes it with all its moments.
@@ -42,15 +43,28 @@ pub struct Render {
     quiet: bool,
 }
 
-/// What `render` and `replay` share: how the scene file is to be read.
+/// What `render`, `replay` and `explain` share: how the scene file is to be read.
 #[derive(clap::Args)]
-pub(super) struct Settings {
+pub(super) struct Reading {
     /// Film width in pixels; default: the scene's.
     #[arg(long)]
     width: Option<u32>,
     /// Film height in pixels; default: the scene's.
     #[arg(long)]
     height: Option<u32>,
+    /// Value of a <default> parameter of the scene file.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parameter)]
+    parameters: Vec<(String, String)>,
+    /// Let the scene read files outside its own folder.
+    #[arg(long)]
+    pub(super) allow_outside: bool,
+}
+
+/// What `render` and `replay` share.
+#[derive(clap::Args)]
+pub(super) struct Settings {
+    #[command(flatten)]
+    pub(super) reading: Reading,
     /// Longest path in edges (1 = emission only), or none; default: the scene's.
     #[arg(long, value_name = "D")]
     max_depth: Option<DepthLimit>,
@@ -60,12 +74,6 @@ pub(super) struct Settings {
     /// Seed.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
-    /// Value of a <default> parameter of the scene file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parameter)]
-    parameters: Vec<(String, String)>,
-    /// Let the scene read files outside its own folder.
-    #[arg(long)]
-    pub(super) allow_outside: bool,
 }
 
 /// A number of edges, or `none`.
@@ -83,9 +91,9 @@ impl std::str::FromStr for DepthLimit {
     }
 }
 
-impl Settings {
-    /// The scene, ready to be traced, as the flags ask for.
-    pub(super) fn prepare(&self, path: &std::path::Path) -> Result<PreparedScene> {
+impl Reading {
+    /// The scene as the flags ask for.
+    pub(super) fn load(&self, path: &Path) -> Result<Scene> {
         let size = match (self.width, self.height) {
             (None, None) => None,
             (Some(w), Some(h)) if [w, h].iter().all(|n| (1..=65_536).contains(n)) => Some([w, h]),
@@ -95,7 +103,19 @@ impl Settings {
             _ => return Err(Error::Usage("--width and --height go together".into())),
         };
         let options = Options { parameters: self.parameters.clone(), size, allow_outside: self.allow_outside };
-        let mut scene = crate::scene::format::load(path, &options)?;
+        crate::scene::format::load(path, &options)
+    }
+
+    /// Whether no flag was given that changes the scene.
+    fn is_default(&self) -> bool {
+        self.width.is_none() && self.height.is_none() && self.parameters.is_empty()
+    }
+}
+
+impl Settings {
+    /// The scene, ready to be traced, as the flags ask for.
+    pub(super) fn prepare(&self, path: &Path) -> Result<PreparedScene> {
+        let mut scene = self.reading.load(path)?;
         for warning in &scene.warnings {
             eprintln!("rootn: warning: {warning}");
         }
@@ -108,7 +128,7 @@ impl Settings {
     /// Whether no flag was given.
     pub(super) fn is_default(&self) -> bool {
         let depths = self.max_depth.is_none() && self.roulette_depth.is_none();
-        depths && self.width.is_none() && self.height.is_none() && self.seed == 1 && self.parameters.is_empty()
+        depths && self.reading.is_default() && self.seed == 1
     }
 
     /// The strategy of a preset with the flags' roulette.

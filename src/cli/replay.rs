@@ -112,7 +112,7 @@ impl Replay {
             return Err(Error::Usage(message.into()));
         }
         let (mut experiment, _) = experiment::load::load(&self.file, &[])?;
-        experiment.allow_outside = self.settings.allow_outside;
+        experiment.allow_outside = self.settings.reading.allow_outside;
         let scenes: Vec<String> = experiment.scene.iter().map(|s| s.label()).collect();
         let strategies: Vec<(String, Strategy)> = experiment.strategy.iter().map(|s| s.resolve()).collect();
         let names: Vec<String> = strategies.iter().map(|s| s.0.clone()).collect();

@@ -49,6 +49,11 @@ impl PreparedScene {
         &self.timed_bvh().0
     }
 
+    /// Seconds that building it took.
+    pub fn bvh_seconds(&self) -> f64 {
+        self.timed_bvh().1
+    }
+
     fn timed_bvh(&self) -> &(Bvh, f64) {
         self.bvh.get_or_init(|| {
             let start = Instant::now();
@@ -141,7 +146,7 @@ impl Estimator for CpuEstimator {
     }
 
     fn setup_seconds(&self) -> f64 {
-        self.prepared.setup_seconds + self.prepared.timed_bvh().1
+        self.prepared.setup_seconds + self.prepared.bvh_seconds()
     }
 
     fn estimate(&self, cell: &Cell, checkpoint: u64, previous: &mut Option<Estimate>) -> Result<Estimate> {

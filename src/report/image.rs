@@ -299,11 +299,7 @@ fn colour_bar(canvas: &Canvas, top: f64, (from, to): (f64, f64), label: &str) {
 /// The means as pictures: one exposure for all, sRGB.
 fn tone_mapped(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Figure> {
     let first = panels.first()?;
-    let mut bright: Vec<f32> = first.image.values.iter().copied().filter(|v| *v > 0.0 && v.is_finite()).collect();
-    bright.sort_by(f32::total_cmp);
-    let high = bright.get(bright.len() * 9 / 10).copied().unwrap_or(1.0);
-    // Whole stops, so that the exposure is easily said: nine tenths of the values come to lie below 0.8.
-    let stops = (0.8 / high).log2().round().clamp(-60.0, 60.0);
+    let stops = stops(&first.image.values);
     let exposure = stops.exp2();
     let sheet = Sheet::new(panels, 8.0);
     let pixel = |panel: &Panel, i: usize| {
@@ -331,6 +327,23 @@ fn tone_mapped(panels: &[Panel], scene: &SceneResult, stem: &str) -> Option<Figu
         svg: None,
         png,
     })
+}
+
+/// The means of an image as PNG: sRGB, exposed in whole stops so that nine tenths of the values come to lie below 0.8, values
+/// above white cut. `rgb`: three values per pixel.
+pub fn picture(width: usize, height: usize, rgb: &[f32]) -> Vec<u8> {
+    let exposure = stops(rgb).exp2();
+    let bytes = rgb.iter().map(|v| srgb(v * exposure)).collect();
+    png(&Pixels { width, height, rgb: bytes })
+}
+
+/// See [`picture`].
+fn stops(values: &[f32]) -> f32 {
+    let mut bright: Vec<f32> = values.iter().copied().filter(|v| *v > 0.0 && v.is_finite()).collect();
+    bright.sort_by(f32::total_cmp);
+    let high = bright.get(bright.len() * 9 / 10).copied().unwrap_or(1.0);
+    // Whole stops, so that the exposure is easily said.
+    (0.8 / high).log2().round().clamp(-60.0, 60.0)
 }
 
 /// The sRGB transfer function (IEC 61966-2-1), to a byte.

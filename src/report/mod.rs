@@ -20,6 +20,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 pub use calibration::{console as calibration_table, write as write_calibration};
+pub use image::picture;
 pub use junit::junit;
 pub use table::{console, verdicts};
 
@@ -163,6 +164,6 @@ impl Headline {
 }
 
 /// Text without control characters, which could steer a terminal or break a table.
-fn plain(text: &str) -> String {
+pub(crate) fn plain(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

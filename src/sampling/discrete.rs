@@ -22,6 +22,11 @@ impl Discrete {
         Self { first: first.collect() }
     }
 
+    /// Bytes of its table.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.first[..])
+    }
+
     /// Whether there is nothing to choose from.
     pub fn is_empty(&self) -> bool {
         self.first.is_empty()

@@ -2,7 +2,7 @@
 
 use super::material::{Distribution, Microfacets};
 use super::texture::Input;
-use super::{Bsdf, Geometry, Light, Material, Projection, Scene};
+use super::{Bsdf, Camera, Geometry, Light, Material, Projection, Scene, Shape};
 
 /// The effects that a scene calls for, one bit each. GPU kernels leave out the rest; its twin is
 /// `shaders/transport/specialise.glsl`.
@@ -95,61 +95,106 @@ impl Effects {
         (Self::DIRECTIONAL, "directional lights"),
     ];
 
+    /// All of them.
+    pub const EVERY: Self = {
+        let (mut all, mut i) = (Self::NONE, 0);
+        while i < Self::ALL.len() {
+            all = all.with(Self::ALL[i].0);
+            i += 1;
+        }
+        all
+    };
+
     /// What the scene calls for; `samples_lights`: whether the strategy has lights to sample there.
     pub fn of(scene: &Scene, samples_lights: bool) -> Self {
-        let is_mesh = |g: &Geometry| matches!(g, Geometry::Mesh { .. } | Geometry::Rectangle { .. });
-        let smooth = |g: &Geometry| matches!(g, Geometry::Mesh { smooth: true, .. });
-        let surrounds = |l: &Light| matches!(l, Light::Constant { .. } | Light::EnvironmentMap);
-        let any = |f: &dyn Fn(&Geometry) -> bool| scene.shapes.iter().any(|s| f(&s.geometry));
-        let present = [
-            (Self::TRIANGLES, any(&is_mesh)),
-            (Self::QUADRICS, any(&|g| !is_mesh(g))),
-            (Self::SMOOTH_NORMALS, any(&smooth)),
-            (Self::EMITTING_SURFACES, scene.shapes.iter().any(|s| s.light.is_some())),
-            (Self::ENVIRONMENT, scene.lights.iter().any(surrounds)),
-            (Self::SPOTS, scene.lights.iter().any(|l| matches!(l, Light::Spot { .. }))),
-            (Self::DIRECTIONAL, scene.lights.iter().any(|l| matches!(l, Light::Directional { .. }))),
-            (Self::ENVIRONMENT_MAP, scene.environment_map.is_some()),
-            (Self::LENS, matches!(scene.camera.projection, Projection::ThinLens { .. })),
-            (Self::ORTHOGRAPHIC, matches!(scene.camera.projection, Projection::Orthographic { .. })),
-            (Self::SAMPLED_LIGHTS, samples_lights),
-        ];
-        present.iter().filter(|(_, there)| *there).fold(Self::of_materials(scene), |all, (e, _)| all.with(*e))
+        let shapes = scene.shapes.iter().map(Self::of_shape);
+        let lights = scene.lights.iter().map(Self::of_light);
+        let sampled = if samples_lights { Self::SAMPLED_LIGHTS } else { Self::NONE };
+        let rest = [Self::of_materials(scene), Self::of_camera(&scene.camera), sampled];
+        shapes.chain(lights).chain(rest).fold(Self::NONE, Self::with)
+    }
+
+    /// What a shape calls for, apart from its materials.
+    pub fn of_shape(shape: &Shape) -> Self {
+        let surface = match shape.geometry {
+            Geometry::Mesh { smooth: true, .. } => Self::TRIANGLES.with(Self::SMOOTH_NORMALS),
+            Geometry::Mesh { .. } | Geometry::Rectangle { .. } => Self::TRIANGLES,
+            Geometry::Sphere { .. } | Geometry::Disk { .. } | Geometry::Cylinder { .. } => Self::QUADRICS,
+        };
+        if shape.light.is_some() { surface.with(Self::EMITTING_SURFACES) } else { surface }
+    }
+
+    /// What a light calls for, apart from its shape and from being sampled.
+    pub fn of_light(light: &Light) -> Self {
+        match light {
+            Light::Area { .. } | Light::Point { .. } => Self::NONE,
+            Light::Spot { .. } => Self::SPOTS,
+            Light::Directional { .. } => Self::DIRECTIONAL,
+            Light::EnvironmentMap => Self::ENVIRONMENT.with(Self::ENVIRONMENT_MAP),
+            Light::Constant { .. } => Self::ENVIRONMENT,
+        }
+    }
+
+    /// What the camera calls for.
+    pub fn of_camera(camera: &Camera) -> Self {
+        match camera.projection {
+            Projection::Pinhole => Self::NONE,
+            Projection::ThinLens { .. } => Self::LENS,
+            Projection::Orthographic { .. } => Self::ORTHOGRAPHIC,
+        }
     }
 
     /// What the scene's materials call for.
     pub fn of_materials(scene: &Scene) -> Self {
+        scene.materials.iter().map(Self::of_material).fold(Self::NONE, Self::with)
+    }
+
+    /// What a material calls for, apart from those that it mixes.
+    pub fn of_material(material: &Material) -> Self {
         let slopes = |facets: &Microfacets<Input>| match facets.distribution {
             Distribution::Ggx => Self::NONE,
             Distribution::Beckmann => Self::BECKMANN,
         };
-        let varies = |input: &Input| matches!(input, Input::Texture(_));
-        let of = |material: &Material| {
-            let kind = match &material.bsdf {
-                Bsdf::Black => Self::NONE,
-                Bsdf::Diffuse { .. } => Self::DIFFUSE,
-                Bsdf::Conductor { .. } => Self::CONDUCTORS,
-                Bsdf::Dielectric { .. } => Self::DIELECTRICS,
-                Bsdf::ThinDielectric { .. } => Self::THIN_DIELECTRICS,
-                Bsdf::Null => Self::NULL,
-                Bsdf::RoughConductor { facets, .. } => Self::ROUGH_CONDUCTORS.with(slopes(facets)),
-                Bsdf::RoughDielectric { facets, .. } => Self::ROUGH_DIELECTRICS.with(slopes(facets)),
-                Bsdf::Plastic { .. } => Self::PLASTICS,
-                Bsdf::RoughPlastic { facets, .. } => Self::ROUGH_PLASTICS.with(slopes(facets)),
-                Bsdf::Mixture { .. } => Self::MIXTURES,
-            };
-            let textured = if material.bsdf.any(varies, varies) { Self::TEXTURES } else { Self::NONE };
-            let turned = if material.bsdf.is_anisotropic() { Self::TANGENTS } else { Self::NONE };
-            let bent = if material.relief.is_some() { Self::RELIEFS } else { Self::NONE };
-            kind.with(textured).with(turned).with(bent)
+        let kind = match &material.bsdf {
+            Bsdf::Black => Self::NONE,
+            Bsdf::Diffuse { .. } => Self::DIFFUSE,
+            Bsdf::Conductor { .. } => Self::CONDUCTORS,
+            Bsdf::Dielectric { .. } => Self::DIELECTRICS,
+            Bsdf::ThinDielectric { .. } => Self::THIN_DIELECTRICS,
+            Bsdf::Null => Self::NULL,
+            Bsdf::RoughConductor { facets, .. } => Self::ROUGH_CONDUCTORS.with(slopes(facets)),
+            Bsdf::RoughDielectric { facets, .. } => Self::ROUGH_DIELECTRICS.with(slopes(facets)),
+            Bsdf::Plastic { .. } => Self::PLASTICS,
+            Bsdf::RoughPlastic { facets, .. } => Self::ROUGH_PLASTICS.with(slopes(facets)),
+            Bsdf::Mixture { .. } => Self::MIXTURES,
         };
-        scene.materials.iter().map(of).fold(Self::NONE, Self::with)
+        let varies = |input: &Input| matches!(input, Input::Texture(_));
+        let textured = if material.bsdf.any(varies, varies) { Self::TEXTURES } else { Self::NONE };
+        let turned = if material.bsdf.is_anisotropic() { Self::TANGENTS } else { Self::NONE };
+        let bent = if material.relief.is_some() { Self::RELIEFS } else { Self::NONE };
+        kind.with(textured).with(turned).with(bent)
+    }
+
+    /// Whether materials that call for these are all diffuse or black.
+    pub const fn are_diffuse(self) -> bool {
+        Self::DIFFUSE.with(Self::TEXTURES).contains(self)
+    }
+
+    /// The names of these, in the order of [`Self::ALL`].
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::ALL.into_iter().filter(move |(e, _)| self.contains(*e)).map(|(_, name)| name)
     }
 
     /// These and those of `other`.
     #[must_use]
     pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
+    }
+
+    /// All but these.
+    #[must_use]
+    pub const fn left_out(self) -> Self {
+        Self(Self::EVERY.0 & !self.0)
     }
 
     /// Whether all of `other` are among these.

@@ -4,6 +4,7 @@ pub mod camera;
 pub mod effects;
 mod filter;
 pub mod format;
+pub mod inventory;
 pub mod light;
 pub mod material;
 pub mod shape;

@@ -75,3 +75,16 @@ pub enum Geometry {
         flip: bool,
     },
 }
+
+impl Geometry {
+    /// The kind in words.
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Mesh { .. } => "mesh",
+            Self::Rectangle { .. } => "rectangle",
+            Self::Sphere { .. } => "sphere",
+            Self::Disk { .. } => "disk",
+            Self::Cylinder { .. } => "cylinder",
+        }
+    }
+}

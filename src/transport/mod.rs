@@ -1,5 +1,6 @@
 //! Light transport: techniques, and the sinks that their contributions go to.
 
+pub mod heckbert;
 pub mod path;
 mod shading;
 pub mod sink;

@@ -61,7 +61,7 @@ impl<'a> PathTracer<'a> {
     /// `lights` must be made for the scene and the strategy.
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a LightSampler, strategy: Strategy) -> Self {
         let (max_depth, roulette_depth) = depths(scene, &strategy);
-        let diffuse = Effects::DIFFUSE.with(Effects::TEXTURES).contains(Effects::of_materials(scene));
+        let diffuse = Effects::of_materials(scene).are_diffuse();
         let plain = scene.materials.iter().map(Material::plain).collect();
         Self {
             scene,

@@ -25,6 +25,15 @@ pub fn emitted(scene: &Scene, at: &SurfacePoint, wo: Vec3) -> Rgb {
     }
 }
 
+/// Whether points on the shape can be drawn over the solid angle that it subtends; the others are drawn by area always.
+pub const fn samples_solid_angle(geometry: &Geometry) -> bool {
+    match geometry {
+        Geometry::Mesh { .. } | Geometry::Rectangle { .. } => true,
+        Geometry::Sphere { flip, .. } => !*flip,
+        Geometry::Disk { .. } | Geometry::Cylinder { .. } => false,
+    }
+}
+
 /// Density of a drawn point, in the measure it was drawn in.
 #[derive(Clone, Copy)]
 enum Density {

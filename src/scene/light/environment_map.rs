@@ -181,6 +181,12 @@ impl EnvironmentMap {
         &self.bands
     }
 
+    /// Bytes of texels and tables.
+    pub fn bytes(&self) -> usize {
+        let tables = self.rows.bytes() + self.columns.iter().map(Discrete::bytes).sum::<usize>();
+        size_of_val(&self.texels[..]) + size_of_val(&self.bands[..]) + tables
+    }
+
     /// Smallest word of each band, and of each cell of each band.
     pub fn thresholds(&self) -> (&[u32], Vec<u32>) {
         (self.rows.thresholds(), self.columns.iter().flat_map(|c| c.thresholds()).copied().collect())

@@ -9,7 +9,7 @@ mod point;
 mod spot;
 mod tables;
 
-pub use area::emitted;
+pub use area::{emitted, samples_solid_angle};
 pub use choice::{LightSample, LightSampler, LightTarget};
 pub use constant::environment;
 pub use environment_map::{Band, EnvironmentMap};
@@ -59,4 +59,23 @@ pub enum Light {
         /// W m⁻² sr⁻¹.
         radiance: Rgb,
     },
+}
+
+impl Light {
+    /// The kind in words.
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Area { .. } => "area",
+            Self::Point { .. } => "point",
+            Self::Spot { .. } => "spot",
+            Self::Directional { .. } => "directional",
+            Self::EnvironmentMap => "environment map",
+            Self::Constant { .. } => "constant environment",
+        }
+    }
+
+    /// Whether no direction can meet it, so that only light sampling finds it.
+    pub const fn is_delta(&self) -> bool {
+        matches!(self, Self::Point { .. } | Self::Spot { .. } | Self::Directional { .. })
+    }
 }

@@ -163,6 +163,23 @@ pub enum Bsdf<C = Rgb, S = f32> {
 pub(crate) const MIXTURE_DEPTH: usize = 4;
 
 impl<C, S> Bsdf<C, S> {
+    /// The kind in words.
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Black => "black",
+            Self::Diffuse { .. } => "diffuse",
+            Self::Conductor { .. } => "smooth conductor",
+            Self::Dielectric { .. } => "smooth dielectric",
+            Self::ThinDielectric { .. } => "thin dielectric",
+            Self::Null => "null",
+            Self::RoughConductor { .. } => "rough conductor",
+            Self::RoughDielectric { .. } => "rough dielectric",
+            Self::Plastic { .. } => "smooth plastic",
+            Self::RoughPlastic { .. } => "rough plastic",
+            Self::Mixture { .. } => "mixture",
+        }
+    }
+
     /// With other colours and numbers.
     #[inline(always)]
     pub fn map<D, T>(&self, color: impl Fn(&C) -> D, number: impl Fn(&S) -> T) -> Bsdf<D, T> {

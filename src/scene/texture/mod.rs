@@ -68,6 +68,16 @@ pub enum Texture {
 }
 
 impl Texture {
+    /// The kind in words.
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Bitmap(_) => "bitmap",
+            Self::Checkerboard { .. } => "checkerboard",
+            Self::VertexAttribute { .. } => "vertex attribute",
+            Self::FaceAttribute { .. } => "face attribute",
+        }
+    }
+
     /// The colour at a surface point: finite for any texture coordinates; black where a mesh attribute is asked for off
     /// meshes.
     ///
