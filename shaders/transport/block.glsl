@@ -32,7 +32,7 @@ void trace_block(uint i) {
             path_start(work.tracer, draw, path);
             live = true;
         }
-        live = max_depth(work.tracer) > 0u && path_advance(work.tracer, draw, path);
+        live = MAX_DEPTH > 0u && path_advance(work.tracer, draw, path);
         if (!live) {
             uint index = uint(draw.index - first);
             bool finite = true;

@@ -23,13 +23,6 @@ struct Bent { float alpha2; };
 
 const float LARGEST_SURVIVAL = 0.999;
 
-uint directions(TracerAt tracer) { return SPECIALISED ? DIRECTIONS : tracer.it.directions; }
-uint lights_mode(TracerAt tracer) { return SPECIALISED ? LIGHTS : tracer.it.lights_mode; }
-uint heuristic(TracerAt tracer) { return SPECIALISED ? HEURISTIC : tracer.it.heuristic; }
-uint sequence(TracerAt tracer) { return SPECIALISED ? SEQUENCE : tracer.it.sequence; }
-uint max_depth(TracerAt tracer) { return SPECIALISED ? MAX_DEPTH : tracer.it.max_depth; }
-uint roulette_depth(TracerAt tracer) { return SPECIALISED ? ROULETTE_DEPTH : tracer.it.roulette_depth; }
-
 struct Path {
     Ray ray;
     vec3 wo;
@@ -54,7 +47,7 @@ struct Vertex {
 };
 
 void path_start(TracerAt tracer, Draw draw, out Path path) {
-    uvec4 words = draw_words(sequence(tracer), draw, group(0u, DECISION_DIRECTION));
+    uvec4 words = draw_words(SEQUENCE, draw, group(0u, DECISION_DIRECTION));
     vec3 origin, direction;
     float t_max;
     vec2 u = vec2(unit_f32(words.x), unit_f32(words.y));
@@ -62,7 +55,7 @@ void path_start(TracerAt tracer, Draw draw, out Path path) {
     camera_ray(tracer.it.camera, st, origin, direction, t_max);
 #ifdef FULL
     if (has(EFFECT_LENS) && tracer.it.camera.projection == PROJECTION_THIN_LENS) {
-        words = draw_words(sequence(tracer), draw, group(0u, DECISION_LENS));
+        words = draw_words(SEQUENCE, draw, group(0u, DECISION_LENS));
         thin_lens_ray(tracer.it.camera, vec2(unit_f32(words.x), unit_f32(words.y)), origin, direction);
     }
     if (has(EFFECT_ORTHOGRAPHIC) && tracer.it.camera.projection == PROJECTION_ORTHOGRAPHIC) {
@@ -113,7 +106,7 @@ Frame frame_along(vec3 n, vec3 along) {
 // Twin of shade in src/transport/shading.rs.
 Material path_shade_full(TracerAt tracer, Draw draw, uint depth, Vertex vertex, Hit hit, uint index, vec3 normal, vec3 wo, out Frame frame, out Bent bent) {
     uvec4 words = uvec4(0u);
-    if (has(EFFECT_MIXTURES)) words = draw_words(sequence(tracer), draw, FIRST_LAYER + depth);
+    if (has(EFFECT_MIXTURES)) words = draw_words(SEQUENCE, draw, FIRST_LAYER + depth);
     Parameterization surface;
     if (vertex.at.triangle != NONE) {
         surface = parameterization_triangle(tracer.it.surfaces.at[hit.primitive], hit, tracer.it.vertices, tracer.it.uvs);
@@ -174,13 +167,13 @@ Material path_shade(TracerAt tracer, Draw draw, Path path, Vertex vertex, Hit hi
     return tracer.it.materials.at[index];
 }
 
-float weight_of_direction(TracerAt tracer, float pdf_direction, float pdf_light) {
-    uint h = heuristic(tracer);
-    return h == HEURISTIC_NONE ? (pdf_light <= 0.0 ? 1.0 : 0.0) : heuristic_weight(h, pdf_direction, pdf_light);
+float weight_of_direction(float pdf_direction, float pdf_light) {
+    if (HEURISTIC == HEURISTIC_NONE) return pdf_light <= 0.0 ? 1.0 : 0.0;
+    return heuristic_weight(HEURISTIC, pdf_direction, pdf_light);
 }
 
-vec3 path_met(TracerAt tracer, Path path, vec3 carried, float pdf_light) {
-    float weight = path.delta ? 1.0 : weight_of_direction(tracer, path.pdf, pdf_light);
+vec3 path_met(Path path, vec3 carried, float pdf_light) {
+    float weight = path.delta ? 1.0 : weight_of_direction(path.pdf, pdf_light);
     return carried * weight;
 }
 
@@ -188,11 +181,11 @@ vec3 path_emission(TracerAt tracer, Path path, Vertex vertex) {
     vec3 radiance = tracer.it.radiances.at[vertex.light];
     if (!(dot3(vertex.at.ng, path.wo) > 0.0) || radiance == vec3(0.0)) return vec3(0.0);
     float pdf_light = 0.0;
-    if (has(EFFECT_SAMPLED_LIGHTS) && !path.delta && lights_mode(tracer) != LIGHTS_NONE) {
-        pdf_light = light_sampler_pdf(tracer.it.lights, tracer.it.surfaces, lights_mode(tracer), path.p, -path.wo, vertex.at,
+    if (has(EFFECT_SAMPLED_LIGHTS) && !path.delta && LIGHTS != LIGHTS_NONE) {
+        pdf_light = light_sampler_pdf(tracer.it.lights, tracer.it.surfaces, LIGHTS, path.p, -path.wo, vertex.at,
             vertex.at.triangle);
     }
-    return path_met(tracer, path, path.beta * radiance, pdf_light);
+    return path_met(path, path.beta * radiance, pdf_light);
 }
 
 vec3 path_escape(TracerAt tracer, Path path) {
@@ -200,24 +193,24 @@ vec3 path_escape(TracerAt tracer, Path path) {
     vec3 radiance = light_sampler_escape(tracer.it.lights, has(EFFECT_ENVIRONMENT_MAP), tracer.it.environment, path.ray.direction,
         pdf_light);
     if (radiance == vec3(0.0)) return vec3(0.0);
-    return path_met(tracer, path, path.beta * radiance, path.delta ? 0.0 : pdf_light);
+    return path_met(path, path.beta * radiance, path.delta ? 0.0 : pdf_light);
 }
 
 // Next-event estimation.
 vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, Frame frame, Bent bent, Material material) {
-    uvec4 words = draw_words(sequence(tracer), draw, group(path.depth, DECISION_LIGHT));
+    uvec4 words = draw_words(SEQUENCE, draw, group(path.depth, DECISION_LIGHT));
     LightSample light;
-    if (!light_sampler_sample(tracer.it.lights, tracer.it.surfaces, lights_mode(tracer), vertex.at.p, words, light)) {
+    if (!light_sampler_sample(tracer.it.lights, tracer.it.surfaces, LIGHTS, vertex.at.p, words, light)) {
         return vec3(0.0);
     }
     vec3 wo = frame_to_local(frame, path.wo), wi = frame_to_local(frame, light.wi);
     float pdf_direction;
-    vec3 f = material_eval(material, tracer.it.transmittances, directions(tracer), wo, wi, pdf_direction);
+    vec3 f = material_eval(material, tracer.it.transmittances, DIRECTIONS, wo, wi, pdf_direction);
 #ifdef FULL
     if (has(EFFECT_RELIEFS)) f *= bent_factor(bent, light.wi, wi.z);
 #endif
     if (f == vec3(0.0)) return vec3(0.0);
-    if (light.delta || heuristic(tracer) == HEURISTIC_NONE) pdf_direction = 0.0;
+    if (light.delta || HEURISTIC == HEURISTIC_NONE) pdf_direction = 0.0;
     Endpoint from = endpoint_of(vertex.at);
     Ray shadow;
     if (light.direction_only) {
@@ -226,16 +219,16 @@ vec3 path_light(TracerAt tracer, Draw draw, Path path, Vertex vertex, Frame fram
         shadow = segment(from, light.to);
     }
     if (trace_occluded(tracer, shadow)) return vec3(0.0);
-    float scale = heuristic_weight(heuristic(tracer), light.pdf, pdf_direction) / light.pdf;
+    float scale = heuristic_weight(HEURISTIC, light.pdf, pdf_direction) / light.pdf;
     return path.beta * f * light.emitted * scale;
 }
 
 // Draws the next direction and plays roulette; false: the path ends.
 bool path_bounce(TracerAt tracer, Draw draw, inout Path path, Vertex vertex, Frame frame, Bent bent, Material material) {
-    uvec4 words = draw_words(sequence(tracer), draw, group(path.depth, DECISION_DIRECTION));
+    uvec4 words = draw_words(SEQUENCE, draw, group(path.depth, DECISION_DIRECTION));
     vec3 wo = frame_to_local(frame, path.wo);
     Scattered s;
-    if (!material_sample(material, tracer.it.transmittances, directions(tracer), wo, words, s)) return false;
+    if (!material_sample(material, tracer.it.transmittances, DIRECTIONS, wo, words, s)) return false;
     vec3 direction = frame_to_world(frame, s.wi);
 #ifdef FULL
     if (has(EFFECT_RELIEFS)) s.value *= bent_factor(bent, direction, s.wi.z);
@@ -248,7 +241,7 @@ bool path_bounce(TracerAt tracer, Draw draw, inout Path path, Vertex vertex, Fra
     if (has(EFFECT_REFRACTION)) path.eta2 *= s.eta * s.eta;
     path.p = vertex.at.p;
     path.ray = leave(endpoint_of(vertex.at), direction);
-    if (path.depth >= roulette_depth(tracer)) {
+    if (path.depth >= ROULETTE_DEPTH) {
         // Radiance is smaller where light is slower, but carries no less.
         float largest = max_element3(path.beta);
         if (has(EFFECT_REFRACTION)) largest *= path.eta2;
@@ -268,7 +261,7 @@ bool path_advance(TracerAt tracer, Draw draw, inout Path path) {
     }
     Vertex vertex = path_vertex(tracer, path.ray, hit);
     if (has(EFFECT_EMITTING_SURFACES) && vertex.light != NONE) path.radiance += path_emission(tracer, path, vertex);
-    if (path.depth >= max_depth(tracer)) return false;
+    if (path.depth >= MAX_DEPTH) return false;
     float cos = dot3(vertex.at.ns, path.wo);
     Frame frame;
     Bent bent;

@@ -3,7 +3,6 @@
 #ifndef TRANSPORT_SPECIALISE
 #define TRANSPORT_SPECIALISE
 
-layout(constant_id = 1) const bool SPECIALISED = false;
 layout(constant_id = 2) const uint EFFECTS = 0xFFFFFFFFu;
 layout(constant_id = 3) const uint LIGHT_KINDS = 0xFFFFFFFFu;
 layout(constant_id = 4) const uint DIRECTIONS = 0;

@@ -35,13 +35,6 @@ struct Tracer {
     LightSampler lights;
     vec3 environment;
     uint triangle_count;
-    // What specialised kernels know as constants.
-    uint directions;
-    uint lights_mode;
-    uint heuristic;
-    uint sequence;
-    uint max_depth;
-    uint roulette_depth;
 };
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer TracerAt { Tracer it; };

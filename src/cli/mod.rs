@@ -13,6 +13,8 @@ mod schema;
 mod verify;
 
 use crate::error::{Error, Result};
+use crate::experiment::Experiment;
+use crate::sampling::strategy::Technique;
 
 /// A command of `rootn`.
 #[derive(clap::Subcommand)]
@@ -67,6 +69,24 @@ impl Command {
             Self::Schema(c) => c.execute(),
             Self::Completions(c) => c.execute(),
         }
+    }
+}
+
+/// What is traced, and by which code: flags that `render`, `replay`, `run` and `verify` share.
+#[derive(clap::Args)]
+struct Transport {
+    /// Trace only this transport, whatever else says: direct = emission and light scattered once.
+    #[arg(long, value_enum, value_name = "TRANSPORT")]
+    only: Option<Technique>,
+    /// Leave out nothing that scenes do not call for: the same samples, for measuring what leaving out saves.
+    #[arg(long)]
+    all_effects: bool,
+}
+
+impl Transport {
+    /// Has the experiment run like that.
+    fn apply(&self, experiment: &mut Experiment) {
+        (experiment.only, experiment.all_effects) = (self.only, self.all_effects);
     }
 }
 

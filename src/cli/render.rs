@@ -1,4 +1,4 @@
-use super::{parameter, use_threads};
+use super::{Transport, parameter, use_threads};
 use crate::error::{Error, Result};
 use crate::estimator::Cell;
 use crate::estimator::choice::{DeviceRequest, PathTracers, Traversal};
@@ -6,7 +6,7 @@ use crate::estimator::cpu::PreparedScene;
 use crate::record::image::{Attributes, write_exr};
 use crate::record::layers;
 use crate::run::{progress_bar, sample};
-use crate::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy};
+use crate::sampling::strategy::{NoRoulette, Preset, Roulette, Strategy, Technique};
 use crate::sampling::{Key, Role};
 use crate::scene::Scene;
 use crate::scene::format::Options;
@@ -74,6 +74,8 @@ pub(super) struct Settings {
     /// Seed.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
+    #[command(flatten)]
+    pub(super) transport: Transport,
 }
 
 /// A number of edges, or `none`.
@@ -131,13 +133,14 @@ impl Settings {
         depths && self.reading.is_default() && self.seed == 1
     }
 
-    /// The strategy of a preset with the flags' roulette.
+    /// The strategy of a preset with the flags' roulette and transport.
     pub(super) fn strategy(&self, preset: Preset) -> Strategy {
         let roulette = self.roulette_depth.map(|DepthLimit(d)| match d {
             Some(n) => Roulette::Depth(n),
             None => Roulette::Never(NoRoulette::None),
         });
-        Strategy { roulette, ..preset.strategy() }
+        let strategy = preset.strategy();
+        Strategy { roulette, technique: self.transport.only.unwrap_or(strategy.technique), ..strategy }
     }
 }
 
@@ -153,7 +156,8 @@ impl Render {
         let prepared = Arc::new(self.settings.prepare(&self.scene)?);
         let strategy = self.settings.strategy(self.strategy);
         let chosen = self.device.take()?;
-        let (estimator, device) = PathTracers::new(prepared).estimator(&chosen, self.traversal, strategy)?;
+        let mut tracers = PathTracers::new(prepared, self.settings.transport.all_effects);
+        let (estimator, device) = tracers.estimator(&chosen, self.traversal, strategy)?;
         if !self.quiet {
             eprintln!("device: {device}, because {}", chosen.reason);
         }
@@ -173,7 +177,10 @@ impl Render {
             samples_per_pixel: tree.samples(),
             render_time_seconds: estimate.seconds,
             seed: self.settings.seed,
-            strategy: self.strategy.label().into(),
+            strategy: match strategy.technique {
+                Technique::Path => self.strategy.label().into(),
+                Technique::Direct => format!("{}, direct light only", self.strategy.label()),
+            },
             definitions: Vec::new(),
             cell_hash: blake3::hash(estimator.identity().as_bytes()).to_hex()[..24].to_owned(),
         };

@@ -93,6 +93,11 @@ impl Replay {
         Wanted { replicate: self.replicate, pixel, sample: self.sample, known: None }
     }
 
+    fn estimator(&self, prepared: PreparedScene, strategy: Strategy) -> CpuEstimator {
+        let estimator = CpuEstimator::new(Arc::new(prepared), strategy);
+        if self.settings.transport.all_effects { estimator.with_all_effects() } else { estimator }
+    }
+
     fn of_scene(&self) -> Result<(Tracer, Vec<Wanted>)> {
         if self.largest.is_some() || self.scene.is_some() {
             return Err(Error::Usage("--largest and --scene are for experiments (TOML)".into()));
@@ -101,7 +106,7 @@ impl Replay {
         known("preset", name, &Preset::ALL.map(Preset::label)).map_err(Error::Usage)?;
         let preset = Preset::ALL.into_iter().find(|p| p.label() == name).expect("it is known");
         let strategy = self.settings.strategy(preset);
-        let estimator = CpuEstimator::new(Arc::new(self.settings.prepare(&self.file)?), strategy);
+        let estimator = self.estimator(self.settings.prepare(&self.file)?, strategy);
         let tracer = Tracer { estimator, strategy, seed: self.settings.seed, spp: self.spp.unwrap_or(64) };
         Ok((tracer, vec![self.pixel()]))
     }
@@ -113,8 +118,14 @@ impl Replay {
         }
         let (mut experiment, _) = experiment::load::load(&self.file, &[])?;
         experiment.allow_outside = self.settings.reading.allow_outside;
+        self.settings.transport.apply(&mut experiment);
         let scenes: Vec<String> = experiment.scene.iter().map(|s| s.label()).collect();
-        let strategies: Vec<(String, Strategy)> = experiment.strategy.iter().map(|s| s.resolve()).collect();
+        let strategies: Vec<(String, Strategy)> = experiment
+            .strategy
+            .iter()
+            .map(|s| s.resolve())
+            .map(|(name, strategy)| (name, experiment.restricted(strategy)))
+            .collect();
         let names: Vec<String> = strategies.iter().map(|s| s.0.clone()).collect();
         let scene = self.named("scene", self.scene.as_deref(), &scenes)?;
         let (name, strategy) = &strategies[self.named("strategy", self.strategy.as_deref(), &names)?];
@@ -124,7 +135,7 @@ impl Replay {
             return Err(Error::input(Place::file(&self.file), message));
         }
         let prepared = PreparedScene::new(experiment::plan::read_scene(&experiment, entry, &self.file)?)?;
-        let estimator = CpuEstimator::new(Arc::new(prepared), *strategy);
+        let estimator = self.estimator(prepared, *strategy);
         let spp = self.spp.unwrap_or(experiment.budget.spp);
         let tracer = Tracer { estimator, strategy: *strategy, seed: experiment.budget.seed, spp };
         match self.largest {

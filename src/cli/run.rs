@@ -1,4 +1,4 @@
-use super::{print, use_threads};
+use super::{Transport, print, use_threads};
 use crate::error::{Error, Result};
 use crate::estimator::choice::{DeviceRequest, Traversal};
 use crate::experiment::Experiment;
@@ -44,6 +44,8 @@ pub(super) struct Settings {
     /// Let scenes read files outside their own folders.
     #[arg(long)]
     allow_outside: bool,
+    #[command(flatten)]
+    transport: Transport,
     /// No progress and no notes on stderr.
     #[arg(long)]
     quiet: bool,
@@ -59,6 +61,7 @@ impl Settings {
     pub(super) fn plan(&self, path: &Path) -> Result<(Experiment, Plan<'static>)> {
         let (mut parsed, text) = experiment::load::load(path, &self.overrides)?;
         parsed.allow_outside = self.allow_outside;
+        self.transport.apply(&mut parsed);
         let plan = experiment::plan::plan(&parsed, path, text, &self.device, self.traversal)?;
         if !self.quiet {
             plan.devices.iter().for_each(|d| eprintln!("device: {}, because {}", d.name, d.reason));

@@ -7,6 +7,8 @@ use super::vulkan::{Device, DeviceKind, DeviceScene, Tuning, VulkanEstimator, de
 use crate::error::{Error, Result};
 use crate::record::DeviceNote;
 use crate::sampling::Strategy;
+#[cfg(feature = "vulkan")]
+use crate::scene::Effects;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -220,15 +222,17 @@ impl Taken {
 /// Path tracers of one scene on any devices: the scene goes to each device once.
 pub struct PathTracers {
     prepared: Arc<PreparedScene>,
+    all_effects: bool,
     #[cfg(feature = "vulkan")]
     uploaded: Vec<(Arc<Device>, Arc<DeviceScene>)>,
 }
 
 impl PathTracers {
-    /// Of a prepared scene.
-    pub fn new(prepared: Arc<PreparedScene>) -> Self {
+    /// Of a prepared scene. `all_effects`: leave out nothing, whatever the scene calls for.
+    pub fn new(prepared: Arc<PreparedScene>, all_effects: bool) -> Self {
         Self {
             prepared,
+            all_effects,
             #[cfg(feature = "vulkan")]
             uploaded: Vec::new(),
         }
@@ -244,6 +248,7 @@ impl PathTracers {
         traversal: Traversal,
         strategy: Strategy,
     ) -> Result<(Box<dyn Estimator>, String)> {
+        let all = if self.all_effects { " · all effects" } else { "" };
         match &device.engine {
             Engine::Cpu => {
                 if !matches!(traversal, Traversal::Auto | Traversal::Compute) {
@@ -251,7 +256,8 @@ impl PathTracers {
                     return Err(Error::unavailable(what, "the CPU engine has only its own"));
                 }
                 let estimator = CpuEstimator::new(Arc::clone(&self.prepared), strategy);
-                Ok((Box::new(estimator), device.name.clone()))
+                let estimator = if self.all_effects { estimator.with_all_effects() } else { estimator };
+                Ok((Box::new(estimator), format!("{}{all}", device.name)))
             }
             #[cfg(feature = "vulkan")]
             Engine::Vulkan(opened) => {
@@ -263,9 +269,10 @@ impl PathTracers {
                         scene
                     }
                 };
-                let tuning = Tuning { traversal, ..Tuning::default() };
+                let also = if self.all_effects { Effects::EVERY } else { Effects::NONE };
+                let tuning = Tuning { traversal, also, ..Tuning::default() };
                 let estimator = VulkanEstimator::new(scene, strategy, tuning)?;
-                let name = format!("{} · {}", device.name, estimator.traversal().label());
+                let name = format!("{} · {}{all}", device.name, estimator.traversal().label());
                 Ok((Box::new(estimator), name))
             }
         }

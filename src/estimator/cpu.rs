@@ -102,6 +102,7 @@ pub struct CpuEstimator {
     prepared: Arc<PreparedScene>,
     strategy: Strategy,
     lights: LightSampler,
+    all_effects: bool,
 }
 
 impl CpuEstimator {
@@ -110,11 +111,19 @@ impl CpuEstimator {
         let lights = LightSampler::new(&prepared.scene, strategy.lights, strategy.light_choice);
         // Now, not within the time of the first sample.
         prepared.bvh();
-        Self { prepared, strategy, lights }
+        Self { prepared, strategy, lights, all_effects: false }
+    }
+
+    /// Leaves out nothing, whatever the scene calls for: the same samples, more slowly.
+    #[must_use]
+    pub fn with_all_effects(mut self) -> Self {
+        self.all_effects = true;
+        self
     }
 
     fn tracer(&self) -> PathTracer<'_> {
-        PathTracer::new(&self.prepared.scene, self.prepared.bvh(), &self.lights, self.strategy)
+        let tracer = PathTracer::new(&self.prepared.scene, self.prepared.bvh(), &self.lights, self.strategy);
+        if self.all_effects { tracer.with_all_effects() } else { tracer }
     }
 
     /// One sample, told to a sink.
@@ -130,7 +139,9 @@ impl Estimator for CpuEstimator {
     }
 
     fn identity(&self) -> String {
-        format!("cpu path tracer · scene {} · {}", self.prepared.hash, self.strategy.identity())
+        // Not the same seconds, though the same samples.
+        let all = if self.all_effects { " · all effects" } else { "" };
+        format!("cpu path tracer{all} · scene {} · {}", self.prepared.hash, self.strategy.identity())
     }
 
     fn dependence(&self) -> Dependence {

@@ -38,6 +38,12 @@ pub struct Experiment {
     /// Whether scenes may read files outside their own folders. Not for the file to say: `--allow-outside`.
     #[serde(skip)]
     pub allow_outside: bool,
+    /// The only transport that strategies on rendered scenes estimate, and their references, whatever the file says: `--only`.
+    #[serde(skip)]
+    pub only: Option<Technique>,
+    /// Whether nothing is left out that scenes do not call for: `--all-effects`.
+    #[serde(skip)]
+    pub all_effects: bool,
     /// Pixels [column, row] whose running mean is plotted.
     #[serde(default, deserialize_with = "pairs")]
     pub probes: Vec<[u32; 2]>,
@@ -57,6 +63,13 @@ pub struct Experiment {
     pub claim: Vec<Claim>,
     /// How often `rootn calibrate` repeats all of it.
     pub calibration: Option<Calibration>,
+}
+
+impl Experiment {
+    /// A strategy on rendered scenes with transport restricted as the command line asks.
+    pub fn restricted(&self, strategy: Strategy) -> Strategy {
+        Strategy { technique: self.only.unwrap_or(strategy.technique), ..strategy }
+    }
 }
 
 /// A repetition of an experiment with fresh random numbers, that holds verdicts and forecasts against the truth.

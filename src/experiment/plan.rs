@@ -11,10 +11,11 @@ use crate::estimator::mock::Mock;
 use crate::estimator::{Estimator, Shape};
 use crate::record::image::read_exr;
 use crate::run::{Contender, Plan, PlannedScene, ReferencePlan, powers_of_two};
-use crate::sampling::strategy::Preset;
+use crate::sampling::strategy::{Preset, Technique};
 use crate::scene::Scene;
 use crate::scene::format::Options;
 use crate::stats::Metric;
+use crate::transport::path::depths;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -173,11 +174,14 @@ fn rendered_scene(
 ) -> Result<PlannedScene<'static>> {
     let mut scene = read_scene(experiment, entry, path)?;
     warnings.append(&mut scene.warnings);
-    let max_depth = scene.depth.max;
-    let mut tracers = PathTracers::new(Arc::new(PreparedScene::new(scene)?));
+    let reference = experiment.restricted(Preset::Sobol.strategy());
+    let direct = reference.technique == Technique::Direct;
+    let max_depth = if direct { Some(depths(&scene, &reference).0) } else { scene.depth.max };
+    let mut tracers = PathTracers::new(Arc::new(PreparedScene::new(scene)?), experiment.all_effects);
     let mut contenders = Vec::new();
     for (i, s) in experiment.strategy.iter().enumerate() {
         let (name, strategy) = s.resolve();
+        let strategy = experiment.restricted(strategy);
         let chosen = taken.take(s.device.as_ref().unwrap_or(device));
         // What the command line says of Vulkan devices is not meant for the CPU.
         let default = if chosen.as_ref().is_ok_and(Chosen::is_cpu) { Traversal::Compute } else { traversal };
@@ -191,13 +195,19 @@ fn rendered_scene(
         contenders.push(Contender { name, device, strategy, estimator });
     }
     let shape = contenders[0].estimator.shape();
+    if direct {
+        let given = !matches!(experiment.reference, Some(ReferenceEntry { exact: None, image: None, .. }));
+        let judge = if given { "; the reference is given and may hold more" } else { " and the reference" };
+        let name = entry.label();
+        warnings.push(format!("{name}: --only direct restricts strategies to paths of at most two edges{judge}"));
+    }
     let reference = match experiment.reference.as_ref().expect("checked on loading") {
         ReferenceEntry { exact: Some(value), .. } => ReferencePlan::Exact(*value),
         ReferenceEntry { image: Some(image), .. } => image_reference(&beside(path, image), shape)?,
         ReferenceEntry { spp, replicates, .. } => ReferencePlan::Rendered {
             // Judged by our own traversal: a driver's may leak, and errors would not show it.
-            estimator: tracers.estimator(&taken.take(device)?, Traversal::Compute, Preset::Sobol.strategy())?.0,
-            name: "MIS with Sobol points".into(),
+            estimator: tracers.estimator(&taken.take(device)?, Traversal::Compute, reference)?.0,
+            name: format!("MIS with Sobol points{}", if direct { ", direct light only" } else { "" }),
             spp: spp.expect("checked on loading"),
             replicates: replicates.unwrap_or(REFERENCE_REPLICATES),
         },

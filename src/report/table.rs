@@ -5,6 +5,7 @@ use crate::analysis::cost::PREDICTION;
 use crate::analysis::curve::common_spp;
 use crate::analysis::health::RestsOn;
 use crate::record::{ClaimResult, Forecast, Interval, Record, SceneResult, StrategyResult, Verdict};
+use crate::sampling::strategy::Technique;
 use crate::stats::number::{format_half_width, format_interval, percent, range, significant};
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle, presets};
 
@@ -143,6 +144,11 @@ fn notes(record: &Record, scene: &SceneResult, headline: &Headline, spp: Option<
         "one replicate, hence no intervals".to_owned()
     };
     notes.push(format!("{range} replicate{}; {intervals}.", if high == 1 { "" } else { "s" }));
+    let direct = scene.strategies.iter().filter(|s| s.strategy.technique == Technique::Direct);
+    let direct: Vec<String> = direct.map(|s| plain(&s.name)).collect();
+    if !direct.is_empty() {
+        notes.push(format!("Emission and direct light only: {}.", direct.join(", ")));
+    }
     notes.push(format!("Reference: {}.", plain(&scene.reference.description).trim_end_matches('.')));
     if let Some(first) = scene.strategies.first().filter(|_| scene.strategies.len() > 1) {
         let name = plain(&first.name);

@@ -59,11 +59,12 @@ pub enum LightChoice {
 }
 
 /// Which transport is estimated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Technique {
     /// All paths up to the depth limit.
     #[default]
+    #[value(skip)]
     Path,
     /// Emission and light scattered once: paths of at most two edges.
     Direct,

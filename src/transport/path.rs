@@ -32,9 +32,9 @@ pub struct PathTracer<'a> {
     roulette_depth: u32,
     /// Radiance from outside the scene, if it is constant.
     environment: Rgb,
-    /// Whether all materials are diffuse or black.
+    /// Whether all materials are known to be diffuse or black.
     diffuse: bool,
-    /// The BSDFs of materials that are the same everywhere.
+    /// The BSDFs of materials that are known to be the same everywhere.
     plain: Vec<Option<Bsdf>>,
 }
 
@@ -74,6 +74,14 @@ impl<'a> PathTracer<'a> {
             diffuse,
             plain,
         }
+    }
+
+    /// Leaves nothing out: every material may be of any kind and vary over the surface. The samples are the same.
+    #[must_use]
+    pub fn with_all_effects(mut self) -> Self {
+        self.diffuse = false;
+        self.plain.fill(None);
+        self
     }
 
     /// One sample of the radiance that reaches a pixel.

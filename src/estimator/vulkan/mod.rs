@@ -15,7 +15,7 @@ pub use device::{Device, DeviceInfo, DeviceKind, devices};
 use self::commands::Commands;
 use self::kernel::{Kernel, RayStages};
 use self::structures::{Geometry, Structures};
-use self::upload::{EFFECTS, LIGHT_KINDS, SPECIALISED, STACK, SceneBuffers, Settings, TracerBuffers};
+use self::upload::{EFFECTS, LIGHT_KINDS, STACK, SceneBuffers, Settings, TracerBuffers};
 use self::work::{Accumulators, Engine, Pace};
 use super::choice::Traversal;
 use super::cpu::PreparedScene;
@@ -109,9 +109,8 @@ impl DeviceScene {
 pub struct Tuning {
     /// How rays find what they meet.
     pub traversal: Traversal,
-    /// Whether the kernel leaves out what the scene does not call for.
-    pub specialised: bool,
-    /// Effects that a specialised kernel has although the scene does not call for them: what they cost.
+    /// Effects that the kernel has although the scene does not call for them: what they cost. With [`Effects::EVERY`] it has all
+    /// kinds of area lights, too.
     pub also: Effects,
     /// Invocations per dispatch; `None`: sized by time.
     pub dispatch: Option<u32>,
@@ -119,7 +118,7 @@ pub struct Tuning {
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self { traversal: Traversal::Compute, specialised: true, also: Effects::NONE, dispatch: None }
+        Self { traversal: Traversal::Compute, also: Effects::NONE, dispatch: None }
     }
 }
 
@@ -189,17 +188,14 @@ impl VulkanEstimator {
         let sampler = LightSampler::new(host, strategy.lights, strategy.light_choice);
         let lights = sampler.tables();
         let settings = Settings::new(&strategy, depths(host, &strategy));
-        let mut constants = vec![(STACK, scene.buffers.stack)];
-        let mut short = false;
-        if tuning.specialised {
-            let effects = Effects::of(host, !sampler.is_empty()).with(tuning.also);
-            constants.extend([(SPECIALISED, 1), (EFFECTS, effects.bits()), (LIGHT_KINDS, lights.kinds)]);
-            constants.extend(settings.constants());
-            short = Effects::SHORT.contains(effects);
-        }
+        let effects = Effects::of(host, !sampler.is_empty()).with(tuning.also);
+        let kinds = if effects == Effects::EVERY { u32::MAX } else { lights.kinds };
+        let mut constants = vec![(STACK, scene.buffers.stack), (EFFECTS, effects.bits()), (LIGHT_KINDS, kinds)];
+        constants.extend(settings.constants());
+        let short = Effects::SHORT.contains(effects);
         let mut engine = scene.engine();
         let top_level = structures.as_ref().map_or(0, |s| s.address());
-        let tracer = TracerBuffers::new(engine.commands(), host, &scene.buffers, &lights, settings, top_level)?;
+        let tracer = TracerBuffers::new(engine.commands(), host, &scene.buffers, &lights, top_level)?;
         // SAFETY: our build made the code, and rays are only traced where the device was opened for them.
         let kernel = unsafe {
             let compute = |code| Kernel::new(&scene.device, code, &constants, work::PUSH);
@@ -259,7 +255,8 @@ impl Estimator for VulkanEstimator {
     fn identity(&self) -> String {
         let info = self.scene.device.info();
         format!(
-            "vulkan path tracer · {} · {} · {} · scene {} · {}",
+            "vulkan path tracer{} · {} · {} · {} · scene {} · {}",
+            if self.tuning.also == Effects::EVERY { " · all effects" } else { "" },
             info.name,
             info.driver,
             self.tuning.traversal.label(),

@@ -329,7 +329,6 @@ struct Tracer {
     lights: LightsAt,
     environment: [f32; 3],
     triangle_count: u32,
-    settings: Settings,
 }
 
 /// `LightSampler` of `shaders/scene/scene.glsl`.
@@ -355,7 +354,6 @@ pub(super) struct Settings {
 }
 
 /// Ids of specialization constants: see `shaders/transport/specialise.glsl` and `shaders/accel/tree.glsl`.
-pub(super) const SPECIALISED: u32 = 1;
 pub(super) const EFFECTS: u32 = 2;
 pub(super) const LIGHT_KINDS: u32 = 3;
 const FIRST_SETTING: u32 = 4;
@@ -405,7 +403,6 @@ impl TracerBuffers {
         scene: &Scene,
         buffers: &SceneBuffers,
         lights: &LightTables,
-        settings: Settings,
         top_level: u64,
     ) -> Result<Self> {
         let mut up = |bytes: &[u8]| commands.upload(bytes);
@@ -457,7 +454,6 @@ impl TracerBuffers {
             },
             environment: environment(scene).into(),
             triangle_count: scene.triangles.len() as u32,
-            settings,
         };
         let tracer = up(bytemuck::bytes_of(&tracer))?;
         Ok(Self { _lights: tables, tracer })
