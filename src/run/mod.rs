@@ -161,7 +161,7 @@ fn sampling_seconds(scene: &SceneResult) -> f64 {
 }
 
 /// Processor, operating system, architecture.
-fn machine() -> String {
+pub fn machine() -> String {
     let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpuinfo.lines().find_map(|l| l.strip_prefix("model name")?.split(": ").nth(1)).unwrap_or("processor");
     format!("{model}, {} {}", std::env::consts::OS, std::env::consts::ARCH)

@@ -145,7 +145,7 @@ fn schema_and_completions() {
 }
 
 /// Renders the Cornell box in 6 × 5 pixels and reads the image back.
-fn render(here: &Path, more: &[&str]) -> rootn::record::image::Layers {
+pub(crate) fn render(here: &Path, more: &[&str]) -> rootn::record::image::Layers {
     let scene = cornell();
     let fixed = ["render", scene.to_str().unwrap(), "-o", "out/image.exr", "--width", "6", "--height", "5"];
     let (stdout, stderr) = ends(here, 0, &[&fixed[..], more].concat());

@@ -9,8 +9,10 @@ mod claims;
 mod closed_form;
 mod command_line;
 mod determinism;
+mod effects;
 mod emitters;
 mod experiment_file;
+mod explain;
 mod golden;
 #[cfg(feature = "vulkan")]
 mod gpu;
