@@ -31,6 +31,8 @@ fn cases() -> Vec<(Effects, &'static str, &'static str, String)> {
     let board = "<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'/></bsdf>";
     let turned = format!("{ggx}<float name='alpha_u' value='0.1'/><float name='alpha_v' value='0.4'/>");
     let blend = "<bsdf type='blendbsdf'><float name='weight' value='0.3'/><bsdf type='conductor'/><bsdf type='diffuse'/></bsdf>";
+    let bumpy = "<bsdf type='bumpmap'><texture type='bitmap'><string name='filename' value='sky.png'/>\
+                 <boolean name='raw' value='true'/></texture><bsdf type='diffuse'/></bsdf>";
     let smooth = "<shape type='obj' id='ball'><string name='filename' value='smooth.obj'/></shape>";
     let lamp = "<transform name='to_world'><translate z='1.5'/></transform>\
                 <emitter type='area'><rgb name='radiance' value='3'/></emitter>";
@@ -55,6 +57,7 @@ fn cases() -> Vec<(Effects, &'static str, &'static str, String)> {
         (Effects::NULL, PINHOLE, SKY, rough("null", "")),
         (Effects::TEXTURES, PINHOLE, SKY, ball(board)),
         (Effects::TANGENTS, PINHOLE, SKY, rough("roughconductor", &turned)),
+        (Effects::RELIEFS, PINHOLE, SKY, ball(bumpy)),
         (Effects::MIXTURES, PINHOLE, SKY, ball(blend)),
         (Effects::ENVIRONMENT_MAP, PINHOLE, map, BALL.into()),
         (Effects::LENS, lens, SKY, BALL.into()),
