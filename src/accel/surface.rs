@@ -147,6 +147,11 @@ impl Surface {
         }
     }
 
+    /// The same, as if its vertices had no texture coordinates.
+    pub fn without_uvs(&self) -> Self {
+        Self { flags: self.flags & !UVS, ..*self }
+    }
+
     /// See [`Scene::surface_point`].
     #[inline(always)]
     pub(super) fn point(&self, scene: &Scene, hit: &Hit) -> SurfacePoint {

@@ -4,6 +4,7 @@ use super::buffer::Buffer;
 use super::commands::Commands;
 use crate::accel::QuadricMap;
 use crate::accel::compact::{CompactBvh, CompactTree};
+use crate::accel::surface::Surface;
 use crate::error::Result;
 use crate::math::{Rgb, Vec2, Vec3, warp};
 use crate::sampling::strategy::{Heuristic, Lights, Strategy};
@@ -13,6 +14,7 @@ use crate::scene::material::{Coat, Distribution, Microfacets, Relief, ReliefMap}
 use crate::scene::texture::{Input, PackedTexture};
 use crate::scene::{Bsdf, Camera, Effects, EnvironmentMap, Filter, Geometry, Light, Material, Projection, Scene};
 use bytemuck::{Pod, Zeroable};
+use std::borrow::Cow;
 
 /// The scene's part, shared by all strategies.
 pub(super) struct SceneBuffers {
@@ -52,8 +54,12 @@ impl SceneBuffers {
         let vertices: Vec<[u32; 3]> =
             if indexed { scene.triangles.iter().map(|t| t.vertices).collect() } else { Vec::new() };
         let uvs: &[Vec2] = if mapped { &scene.uvs } else { &[] };
-        let maps = scene.shapes.iter().filter_map(QuadricMap::new);
-        let quadric_maps: Vec<QuadricMap> = if mapped { maps.collect() } else { Vec::new() };
+        // Kernels that have more effects than the scene calls for look up every surface, so what is not there must not be named.
+        let surfaces: Cow<'_, [Surface]> = match mapped {
+            true => Cow::Borrowed(&bvh.surfaces),
+            false => bvh.surfaces.iter().map(Surface::without_uvs).collect(),
+        };
+        let quadric_maps: Vec<QuadricMap> = scene.shapes.iter().filter_map(QuadricMap::new).collect();
         let textures: Vec<PackedTexture> = scene.textures.iter().map(PackedTexture::from).collect();
         let normals: &[Vec3] = if smooth { &scene.normals } else { &[] };
         let mut quadrics = 0..;
@@ -82,7 +88,7 @@ impl SceneBuffers {
             quadric_nodes: up(bytemuck::cast_slice(&bvh.quadric_tree.nodes))?,
             triangles: up(bytemuck::cast_slice(&bvh.triangles))?,
             quadrics: up(bytemuck::cast_slice(&bvh.quadrics))?,
-            surfaces: up(bytemuck::cast_slice(&bvh.surfaces))?,
+            surfaces: up(bytemuck::cast_slice(&surfaces))?,
             vertices: up(bytemuck::cast_slice(&vertices))?,
             normals: up(bytemuck::cast_slice(normals))?,
             shapes: up(bytemuck::cast_slice(&shapes))?,
