@@ -7,6 +7,7 @@ pub mod obj;
 pub(crate) mod openexr;
 pub mod picture;
 pub mod ply;
+pub mod serialized;
 pub mod spectrum;
 
 use crate::error::{Error, Place, Result};

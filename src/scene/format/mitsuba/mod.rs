@@ -13,6 +13,7 @@ mod tree;
 mod value;
 
 use super::Options;
+use super::mesh::Mesh;
 use crate::error::{Error, Place, Result};
 use crate::scene::{Depth, Scene};
 use std::collections::HashMap;
@@ -44,6 +45,7 @@ pub fn parse_str(text: &str, path: &Path, options: &Options) -> Result<Scene> {
         open_surfaces: Vec::new(),
         default_surface: None,
         textures: Textures::default(),
+        meshes: HashMap::new(),
     };
     builder.scene()?;
     builder.finish_textures()?;
@@ -71,6 +73,8 @@ struct Builder {
     /// Material of shapes without BSDF.
     default_surface: Option<u32>,
     textures: Textures,
+    /// Meshes of groups, by node.
+    meshes: HashMap<usize, Mesh>,
 }
 
 impl Builder {

@@ -1,23 +1,84 @@
 //! Shapes, and the area lights on them.
 
 use super::super::mesh::{Mesh, Placement};
-use super::super::{obj, ply, read};
+use super::super::{obj, ply, read, serialized};
 use super::{Builder, Node, value};
 use crate::error::Result;
 use crate::math::{Vec2, Vec3};
 use crate::scene::validate::is_sound;
 use crate::scene::{Geometry, Shape, Triangle};
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use std::ops::Range;
+
+const SHAPES: &str = "rectangle, cube, sphere, disk, cylinder, obj, ply, serialized, shapegroup, instance";
+
+/// Copies of shapes may be many.
+const MOST_SHAPES: usize = 1 << 24;
 
 /// Relative deviation that counts as rounding where a transform must keep circles round.
 const ROUND_TOLERANCE: f64 = 1e-4;
 
+/// Where an instance places the shapes of its group.
+#[derive(Clone, Copy)]
+pub(super) struct Instance {
+    to_world: DAffine3,
+    /// The node of the instance; `None`: the shape stands by itself.
+    node: Option<usize>,
+}
+
 impl Builder {
     pub(super) fn shape(&mut self, index: usize) -> Result<()> {
         let node = &self.tree.nodes[index];
+        match node.plugin.as_str() {
+            "instance" => self.instance(index),
+            // Seen only where there are instances of it.
+            "shapegroup" => self.group(index).map(drop),
+            _ => self.placed(index, Instance { to_world: DAffine3::IDENTITY, node: None }),
+        }
+    }
+
+    /// Copies of a group's shapes: simple, at the price of memory.
+    fn instance(&mut self, index: usize) -> Result<()> {
+        let node = &self.tree.nodes[index];
+        let mut inside = node.children.iter().map(|c| self.tree.resolve(c));
+        let group = match (inside.next().transpose()?, inside.next()) {
+            (Some(group), None) if self.tree.nodes[group].plugin == "shapegroup" => group,
+            _ => return Err(node.error("needs one shape `shapegroup` inside, and nothing else")),
+        };
+        let to_world = node.transform("to_world")?.unwrap_or_default();
+        for shape in self.group(group)? {
+            if self.scene.shapes.len() >= MOST_SHAPES {
+                return Err(self.tree.nodes[index].error(format!("instances make more than {MOST_SHAPES} shapes")));
+            }
+            self.placed(shape, Instance { to_world, node: Some(index) })?;
+        }
+        self.finish(index, &[]);
+        Ok(())
+    }
+
+    /// The shapes of a group.
+    fn group(&mut self, index: usize) -> Result<Vec<usize>> {
+        let node = &self.tree.nodes[index];
+        let mut shapes = Vec::new();
+        for child in &node.children {
+            let shape = self.tree.resolve(child)?;
+            let found = &self.tree.nodes[shape];
+            if found.tag != "shape" || matches!(found.plugin.as_str(), "instance" | "shapegroup") {
+                return Err(found.error("has no place in a shapegroup; only shapes have that are neither instances nor groups"));
+            }
+            shapes.push(shape);
+        }
+        self.finish(index, &[]);
+        Ok(shapes)
+    }
+
+    fn placed(&mut self, index: usize, instance: Instance) -> Result<()> {
+        let node = &self.tree.nodes[index];
+        let own = node.transform("to_world")?.unwrap_or_default();
+        // An instance keeps the front where its shape has it.
+        let mirrored = instance.to_world.matrix3.determinant() < 0.0;
         let place = Placement {
-            to_world: node.transform("to_world")?.unwrap_or_default(),
+            to_world: instance.to_world * own,
             face_normals: node.boolean("face_normals")?.unwrap_or(false),
             flip_normals: node.boolean("flip_normals")?.unwrap_or(false),
             flip_tex_coords: match node.plugin.as_str() {
@@ -34,23 +95,26 @@ impl Builder {
         let (geometry, axes) = match node.plugin.as_str() {
             "rectangle" => flat(self.rectangle(&place)),
             "disk" => disk(&place),
-            "sphere" => sphere(node, &place)?,
+            "sphere" => sphere(node, &place, own.matrix3.determinant() < 0.0)?,
             "cylinder" => cylinder(node, &place)?,
             "cube" => flat(self.mesh(index, cube(), Placement { face_normals: true, ..place }, determinant < 0.0)?),
-            "obj" | "ply" => {
-                let mesh = self.mesh_file(index)?;
+            "obj" | "ply" | "serialized" => {
+                let mesh = self.mesh_file(index, instance.node.is_some())?;
                 attributes.extend(mesh.attributes.iter().map(|a| a.name.clone()));
-                flat(self.mesh(index, mesh, place, false)?)
+                // Elsewhere the normals say where the front is.
+                let turn = mirrored && (place.face_normals || mesh.normals.is_empty());
+                flat(self.mesh(index, mesh, place, turn)?)
             }
-            other => {
-                return Err(node.unsupported(other, "rectangle, cube, sphere, disk, cylinder, obj, ply"));
-            }
+            other => return Err(node.unsupported(other, SHAPES)),
         };
         if !is_sound(&geometry) {
             let message = format!("is not finite or has no extent in 32-bit numbers: {geometry:?}");
             return Err(self.tree.nodes[index].error(message));
         }
         let (surface, emitter) = self.attachments(index)?;
+        if let (Some(_), Some(emitter)) = (instance.node, emitter) {
+            return Err(self.tree.nodes[emitter].error("shapes inside a shapegroup cannot emit"));
+        }
         if let Some(surface) = surface {
             self.check_attributes(index, surface, &attributes)?;
         }
@@ -60,7 +124,11 @@ impl Builder {
         };
         let light = emitter.map(|emitter| self.area_light(emitter)).transpose()?;
         let node = &self.tree.nodes[index];
-        let name = node.id.clone().unwrap_or_else(|| format!("{} ({})", node.plugin, node.place));
+        let name_of = |node: &Node| node.id.clone().unwrap_or_else(|| format!("{} ({})", node.plugin, node.place));
+        let name = match instance.node {
+            Some(outer) => format!("{} in {}", name_of(node), name_of(&self.tree.nodes[outer])),
+            None => name_of(node),
+        };
         self.scene.shapes.push(Shape { geometry, front, back, light, axes: axes.as_mat3(), name });
         self.finish(index, &["silhouette_sampling_weight"]);
         Ok(())
@@ -86,14 +154,30 @@ impl Builder {
         Ok((surface, emitter))
     }
 
-    fn mesh_file(&mut self, index: usize) -> Result<Mesh> {
+    /// `again`: other instances will ask for the same mesh.
+    fn mesh_file(&mut self, index: usize, again: bool) -> Result<Mesh> {
+        if let Some(known) = self.meshes.get(&index) {
+            return Ok(known.clone());
+        }
         let node = &self.tree.nodes[index];
         let name = node.string("filename")?.ok_or_else(|| node.error("lacks the property `filename`"))?;
         let path = self.tree.find_file(&name, &node.place)?;
         let bytes = read(&path)?;
-        let mesh = if node.plugin == "obj" { obj::parse(&bytes, &path) } else { ply::parse(&bytes, &path) };
+        let mesh = match node.plugin.as_str() {
+            "obj" => obj::parse(&bytes, &path)?,
+            "ply" => ply::parse(&bytes, &path)?,
+            _ => {
+                let number = node.integer("shape_index")?.unwrap_or(0);
+                let number = u32::try_from(number);
+                let number = number.map_err(|_| node.error("shape_index must be at least 0 and fit 32 bits"))?;
+                serialized::parse(&bytes, number, &path)?
+            }
+        };
         self.tree.add_source(&path);
-        mesh
+        if again {
+            self.meshes.insert(index, mesh.clone());
+        }
+        Ok(mesh)
     }
 
     /// Adds a mesh in object space. `turn`: its winding is to be turned first.
@@ -104,11 +188,11 @@ impl Builder {
         if !mesh.positions.iter().all(|p| p.is_finite()) {
             return Err(node.error("to_world takes vertices out of the range of 32-bit numbers"));
         }
-        let fits = |a: usize, b: usize| a + b <= i32::MAX as usize;
-        if !fits(self.scene.triangles.len(), mesh.triangles.len())
-            || !fits(self.scene.positions.len(), mesh.positions.len())
+        let fits = |a: usize, b: usize, each: usize| (a + b) * each <= i32::MAX as usize;
+        if !fits(self.scene.triangles.len(), mesh.triangles.len(), 3)
+            || !fits(self.scene.positions.len(), mesh.positions.len(), 1)
         {
-            return Err(node.error("the scene has more than 2³¹ triangles or vertices"));
+            return Err(node.error("the scene, with copies for instances, has more than 2³¹ vertices or indices of them"));
         }
         let (smooth, uvs) = (!mesh.normals.is_empty(), !mesh.uvs.is_empty());
         Ok(Geometry::Mesh { range: self.triangles(mesh), smooth, uvs })
@@ -158,7 +242,8 @@ fn front_edges(place: &Placement, u: DVec3, v: DVec3) -> [DVec3; 2] {
     if (u.cross(v).dot(normal) < 0.0) != place.flip_normals { [v, u] } else { [u, v] }
 }
 
-fn sphere(node: &Node, place: &Placement) -> Result<(Geometry, DMat3)> {
+/// `turned`: its own transform mirrors it, which turns Mitsuba's spheres inside out.
+fn sphere(node: &Node, place: &Placement, turned: bool) -> Result<(Geometry, DMat3)> {
     let axes = place.to_world.matrix3;
     let (x, y, z) = (axes.x_axis, axes.y_axis, axes.z_axis);
     if !(is_round(x, y) && is_round(y, z) && is_round(z, x)) {
@@ -167,7 +252,7 @@ fn sphere(node: &Node, place: &Placement) -> Result<(Geometry, DMat3)> {
     let unit_radius = radius(node)?;
     let radius = (unit_radius * x.length()) as f32;
     let center = place.to_world.transform_point3(node.vector("center")?.unwrap_or_default());
-    let flip = (axes.determinant() < 0.0) != place.flip_normals;
+    let flip = turned != place.flip_normals;
     Ok((Geometry::Sphere { center: center.as_vec3(), radius, flip }, axes * unit_radius))
 }
 
