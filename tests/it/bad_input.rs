@@ -138,7 +138,7 @@ const ELEMENTS: [(&str, &str); 88] = [
     ("<translate x='1'/>", "must stand inside <transform>"),
     (
         "<shape type='cube'><bsdf type='velvet'/></shape>",
-        "bsdf `velvet` is not supported; allowed: blendbsdf, bumpmap, conductor, dielectric",
+        "bsdf `velvet` is not supported; allowed: blendbsdf, bumpmap, conductor",
     ),
     (
         "<shape type='cube'><bsdf type='conductor'><string name='material' value='ag'/></bsdf></shape>",

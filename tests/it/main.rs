@@ -29,7 +29,6 @@ mod microfacets;
 mod moments;
 mod pictures;
 mod planted;
-mod real_scenes;
 mod reliefs;
 mod report;
 mod sampling;
