@@ -159,8 +159,8 @@ const ELEMENTS: [(&str, &str); 88] = [
     ),
     ("<shape type='cube'><bsdf type='twosided'/></shape>", "one or two BSDFs"),
     (
-        "<shape type='cube'><bsdf type='roughconductor'><string name='distribution' value='phong'/></bsdf></shape>",
-        "distribution is `phong`; allowed: beckmann, ggx",
+        "<shape type='cube'><bsdf type='roughconductor'><string name='distribution' value='as'/></bsdf></shape>",
+        "distribution is `as`; allowed: beckmann, ggx",
     ),
     (
         "<shape type='cube'><bsdf type='roughplastic'><float name='alpha' value='-0.1'/></bsdf></shape>",

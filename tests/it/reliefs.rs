@@ -7,6 +7,7 @@ use rootn::sampling::strategy::Preset;
 use rootn::scene::Scene;
 use rootn::scene::format::Options;
 use rootn::scene::format::mitsuba::parse_str;
+use rootn::scene::material::ReliefMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -299,6 +300,16 @@ fn what_is_no_relief_is_refused() {
         let error = scene(&bsdf).unwrap_err().to_string();
         assert!(error.contains(message) && error.contains("scene.xml:1:"), "{error}");
     }
+    // As Mitsuba 0.x has it.
+    let wrapped = bump(DIFFUSE, "bump", 2.0, "")
+        .replace("<texture", "<texture type='scale'><float name='scale' value='3'/><texture");
+    let wrapped = scene(&wrapped.replace("</texture>", "</texture></texture>")).unwrap();
+    let scales = wrapped.materials.iter().filter_map(|m| m.relief).map(|r| r.map);
+    assert!(
+        scales.eq([ReliefMap::Bump { texture: 0, scale: 6.0 }]) && wrapped.warnings.len() == 1,
+        "{:?}",
+        wrapped.warnings
+    );
     let decoded = normal(DIFFUSE, "normal", "").replace("normal.pfm", "grey.png").replace("true", "false");
     assert!(scene(&decoded).unwrap_err().to_string().contains("one channel"));
 }

@@ -5,6 +5,7 @@ use rootn::math::{Rgb, Vec2, Vec3};
 use rootn::scene::format::mitsuba::parse_str;
 use rootn::scene::format::spectrum::{Role, Spectrum};
 use rootn::scene::format::{Options, load, obj, ply};
+use rootn::scene::material::Distribution;
 use rootn::scene::{Bsdf, Depth, Filter, Geometry, Light, Material, Scene};
 use std::path::{Path, PathBuf};
 
@@ -149,6 +150,7 @@ fn colours_in_every_notation() {
         ("<spectrum name='reflectance' value='100:0.1,200:0.4'/>", [0.0, 0.0, 0.0]),
         ("<rgb name='reflectance' value='#ff8000'/>", [1.0, 128.0 / 255.0, 0.0]),
         ("<srgb name='reflectance' value='#ff8000'/>", [1.0, 0.215_860_5, 0.0]),
+        ("<spectrum name='reflectance' value='0.1, 0.2 0.3'/>", [0.1, 0.2, 0.3]),
         ("<spectrum type='uniform' name='reflectance'><float name='value' value='0.3'/></spectrum>", [0.3, 0.3, 0.3]),
         ("", [0.5, 0.5, 0.5]),
     ];
@@ -169,6 +171,20 @@ fn colours_in_every_notation() {
         let found = radiance(value);
         assert!(close(found, Rgb::from_array(rgb), 1e-6), "{value}: {found}");
     }
+}
+
+/// What Mitsuba 3 refuses in files of 0.x is read with a warning.
+#[test]
+fn old_files_are_read_with_warnings() {
+    let metal =
+        "<bsdf type='roughconductor'><string name='distribution' value='phong'/><float name='alpha' value='0.3'/>
+        <spectrum name='eta' value='0.2 0.9 1.1'/><spectrum name='k' value='3.9, 2.4, 2.1'/></bsdf>";
+    let scene = scene(&format!("<shape type='sphere'>{metal}</shape>"));
+    let Some(Bsdf::RoughConductor { facets, eta, k, .. }) = scene.materials[1].plain() else { panic!() };
+    assert_eq!((facets.distribution, facets.alpha), (Distribution::Beckmann, [0.3; 2]));
+    assert_eq!((eta, k), (Rgb::new(0.2, 0.9, 1.1), Rgb::new(3.9, 2.4, 2.1)));
+    let count = |part: &str| scene.warnings.iter().filter(|w| w.contains(part)).count();
+    assert_eq!((count("taken as RGB"), count("taken as beckmann")), (2, 1), "{:?}", scene.warnings);
 }
 
 /// A black body is the list of its values; the hotter, the bluer and the brighter.

@@ -148,9 +148,8 @@ fn serialized_shapes_are_those_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = file(4, &[content(4, 0, 0.0, [4, 2]), content(4, UVS, 3.0, [4, 2])]);
     std::fs::write(folder.path().join("m.serialized"), bytes).unwrap();
-    let shape = |more: &str| {
-        format!("<shape type='serialized'><string name='filename' value='m.serialized'/>{more}</shape>")
-    };
+    let shape =
+        |more: &str| format!("<shape type='serialized'><string name='filename' value='m.serialized'/>{more}</shape>");
     let faces = "<integer name='shape_index' value='1'/><boolean name='face_normals' value='true'/>";
     let scene = read(folder.path(), &(shape("") + &shape(faces))).unwrap();
     let Geometry::Mesh { smooth: true, uvs: false, .. } = scene.shapes[0].geometry else { panic!() };
@@ -217,7 +216,9 @@ fn instances_share_what_is_in_their_group() {
         <transform name='to_world'><scale value='2'/></transform><bsdf type='conductor'/></shape>
         <shape type='sphere'><point name='center' x='1'/></shape></shape>";
     let at = |id: &str, x: f32| {
-        format!("<shape type='instance' id='{id}'><ref id='g'/><transform name='to_world'><translate x='{x}'/></transform></shape>")
+        format!(
+            "<shape type='instance' id='{id}'><ref id='g'/><transform name='to_world'><translate x='{x}'/></transform></shape>"
+        )
     };
     let scene = read(folder.path(), &format!("{group}{}{}", at("a", 10.0), at("b", 20.0))).unwrap();
     assert_eq!(scene.shapes.iter().filter(|s| s.name.starts_with("leaf in ")).count(), 2);
@@ -237,11 +238,15 @@ fn instances_share_what_is_in_their_group() {
         ("<shape type='instance'><shape type='sphere'/></shape>".into(), "needs one shape `shapegroup`"),
         (format!("{group}<shape type='instance'><ref id='g'/><ref id='g'/></shape>"), "needs one shape `shapegroup`"),
         (
-            format!("{group}<shape type='instance'><ref id='g'/><transform name='to_world'><scale x='0'/></transform></shape>"),
+            format!(
+                "{group}<shape type='instance'><ref id='g'/><transform name='to_world'><scale x='0'/></transform></shape>"
+            ),
             "singular",
         ),
         (
-            format!("{group}<shape type='instance'><ref id='g'/><transform name='to_world'><scale x='2'/></transform></shape>"),
+            format!(
+                "{group}<shape type='instance'><ref id='g'/><transform name='to_world'><scale x='2'/></transform></shape>"
+            ),
             "ellipsoid",
         ),
     ] {

@@ -70,6 +70,10 @@ fn bitmaps_of_old_files() {
     assert_eq!(filter, TextureFilter::Bilinear);
     let warned = |part: &str| scene.warnings.iter().any(|w| w.contains(part));
     assert!(warned("taken as bilinear") && warned("`gamma` of texture `bitmap` has no effect"), "{:?}", scene.warnings);
+    // A gamma of 1 is `raw`.
+    let linear = read(folder.path(), &bitmap("<float name='gamma' value='1'/>")).unwrap();
+    let raw = read(folder.path(), &bitmap("<boolean name='raw' value='true'/>")).unwrap();
+    assert_eq!((linear.texels, linear.warnings), (raw.texels, raw.warnings));
 }
 
 #[test]

@@ -42,26 +42,28 @@ type Parsed<T> = std::result::Result<T, String>;
 /// Version of the file and offset of a mesh's header.
 fn locate(bytes: &[u8], index: u32) -> Parsed<(u16, usize)> {
     let version = header(bytes, 0)?;
+    if index == 0 {
+        return Ok((version, 0));
+    }
     // The last word counts the meshes; before it are their offsets.
     let word = if version == 4 { 8 } else { 4 };
     let end = bytes.len() - 4;
     let count = u32::from_le_bytes(array(&bytes[end..]));
-    if index >= count || count as usize > end / word {
-        return Err(match index {
-            // Mitsuba does without the list here.
-            0 => return Ok((version, 0)),
-            _ if count as usize > end / word => format!("the list of {count} meshes at the end is longer than the file"),
-            _ => format!("shape_index is {index}; the file has {count} meshes, counted from 0"),
-        });
+    if count as usize > end / word {
+        return Err(format!("the list of {count} meshes at the end is longer than the file"));
+    }
+    if index >= count {
+        return Err(format!("shape_index is {index}; the file has {count} meshes, counted from 0"));
     }
     let at = end - word * (count - index) as usize;
     let offset = match version {
         4 => u64::from_le_bytes(array(&bytes[at..])),
         _ => u32::from_le_bytes(array(&bytes[at..])).into(),
     };
-    let start = usize::try_from(offset).ok().filter(|o| *o <= end).ok_or_else(|| {
-        format!("mesh {index} starts at byte {offset}; the file has {} bytes", bytes.len())
-    })?;
+    let start = usize::try_from(offset)
+        .ok()
+        .filter(|o| *o <= end)
+        .ok_or_else(|| format!("mesh {index} starts at byte {offset}; the file has {} bytes", bytes.len()))?;
     header(bytes, start).map_err(|message| format!("mesh {index} at byte {start}: {message}"))?;
     Ok((version, start))
 }

@@ -236,7 +236,15 @@ impl Reader {
             }
             "spectrum" => {
                 let attributes = self.attributes(file, xml, &["name"], &["value", "filename"])?;
-                (attributes.required("name").to_owned(), Value::Spectrum(self.spectrum(file, xml, &attributes)?))
+                let value = match attributes.get("value").and_then(value::bare_rgb) {
+                    Some(rgb) => {
+                        let place = file.place(xml);
+                        self.tree.warnings.push(format!("{place}: a spectrum of three bare numbers is taken as RGB"));
+                        Value::Rgb(rgb)
+                    }
+                    None => Value::Spectrum(self.spectrum(file, xml, &attributes)?),
+                };
+                (attributes.required("name").to_owned(), value)
             }
             "float" | "integer" | "boolean" | "string" | "rgb" | "srgb" => {
                 let attributes = self.attributes(file, xml, &["name", "value"], &[])?;

@@ -39,20 +39,36 @@ impl Builder {
     fn bump(&mut self, index: usize, texture: Option<usize>) -> Result<ReliefMap> {
         let node = &self.tree.nodes[index];
         let scale = node.float("scale")?.unwrap_or(1.0) as f32;
-        if !scale.is_finite() {
-            return Err(node.error("scale is out of the range of 32-bit numbers"));
-        }
         let bitmap = |node: &Node| node.tag == "texture" && node.plugin == "bitmap";
         let texture = texture.ok_or_else(|| node.error("needs a texture inside"))?;
+        let (texture, factor) = self.unscaled(texture)?;
         if !bitmap(&self.tree.nodes[texture]) {
             return Err(self.tree.nodes[texture].error("has no slopes; a bump map must be a bitmap"));
+        }
+        if !(scale * factor).is_finite() {
+            return Err(self.tree.nodes[index].error("scale is out of the range of 32-bit numbers"));
         }
         let number = self.texture(texture, Use::Scalar)?;
         if let Texture::Bitmap(Bitmap { filter: TextureFilter::Nearest, .. }) = self.scene.textures[number as usize] {
             let place = self.tree.nodes[texture].place.clone();
             self.warn(&place, "a bump map with filter_type nearest is flat");
         }
-        Ok(ReliefMap::Bump { texture: number, scale })
+        Ok(ReliefMap::Bump { texture: number, scale: scale * factor })
+    }
+
+    /// The texture inside a `scale` of Mitsuba 0.x, where bump maps had no scale of their own, and its factor.
+    fn unscaled(&mut self, index: usize) -> Result<(usize, f32)> {
+        let node = &self.tree.nodes[index];
+        if (node.tag.as_str(), node.plugin.as_str()) != ("texture", "scale") {
+            return Ok((index, 1.0));
+        }
+        let factor = node.float("scale")?.unwrap_or(1.0) as f32;
+        let [child] = &node.children[..] else { return Err(node.error("needs one texture inside, and nothing else")) };
+        let inside = self.tree.resolve(child)?;
+        let place = node.place.clone();
+        self.warn(&place, "texture `scale` is of Mitsuba 0.x; Mitsuba 3 has the property `scale` of bumpmap");
+        self.finish(index, &[]);
+        Ok((inside, factor))
     }
 
     fn normals(&mut self, index: usize) -> Result<ReliefMap> {

@@ -64,7 +64,7 @@ impl Builder {
             let shape = self.tree.resolve(child)?;
             let found = &self.tree.nodes[shape];
             if found.tag != "shape" || matches!(found.plugin.as_str(), "instance" | "shapegroup") {
-                return Err(found.error("has no place in a shapegroup; only shapes have that are neither instances nor groups"));
+                return Err(found.error("has no place in a shapegroup; allowed: shapes, but no instances and groups"));
             }
             shapes.push(shape);
         }
@@ -192,7 +192,9 @@ impl Builder {
         if !fits(self.scene.triangles.len(), mesh.triangles.len(), 3)
             || !fits(self.scene.positions.len(), mesh.positions.len(), 1)
         {
-            return Err(node.error("the scene, with copies for instances, has more than 2³¹ vertices or indices of them"));
+            return Err(
+                node.error("the scene, with copies for instances, has more than 2³¹ vertices or indices of them")
+            );
         }
         let (smooth, uvs) = (!mesh.normals.is_empty(), !mesh.uvs.is_empty());
         Ok(Geometry::Mesh { range: self.triangles(mesh), smooth, uvs })

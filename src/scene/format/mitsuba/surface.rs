@@ -170,7 +170,7 @@ impl Builder {
         let node = &self.tree.nodes[index];
         let name = node.string("distribution")?.unwrap_or_else(|| "beckmann".into());
         let distribution = match name.as_str() {
-            "beckmann" => Distribution::Beckmann,
+            "beckmann" | "phong" => Distribution::Beckmann,
             "ggx" => Distribution::Ggx,
             other => {
                 return Err(node.error(format!("distribution is `{}`; allowed: beckmann, ggx", shorten(other))));
@@ -195,6 +195,10 @@ impl Builder {
                 self.warn(&place, &format!("roughness {} is taken as {}", value.x, ROUGHNESS.start()));
                 *value = Rgb::splat(*ROUGHNESS.start());
             }
+        }
+        if name == "phong" {
+            let place = self.tree.nodes[index].place.clone();
+            self.warn(&place, "the distribution `phong` of Mitsuba 0.x is taken as beckmann of the same roughness");
         }
         Ok(Microfacets { distribution, alpha })
     }

@@ -2,6 +2,7 @@
 
 use super::super::picture::{self, Encoding, Picture};
 use super::super::{mesh, shorten};
+use super::value::Value;
 use super::{Builder, Node};
 use crate::error::{Error, Result};
 use crate::math::Rgb;
@@ -105,7 +106,10 @@ impl Builder {
                 return Err(node.error(format!("wrap_mode is `{}`; allowed: repeat, mirror, clamp", shorten(other))));
             }
         };
-        let raw = node.boolean("raw")?.unwrap_or(false);
+        // Mitsuba 0.x's `gamma`: 1 = linear.
+        let linear = node.properties.iter().find(|p| p.name == "gamma" && matches!(p.value, Value::Float(1.0)));
+        linear.inspect(|p| p.used.set(true));
+        let raw = node.boolean("raw")?.unwrap_or(linear.is_some());
         let to_uv = to_uv(node)?;
         let place = node.place.clone();
         let path = self.tree.find_file(&name, &place)?;

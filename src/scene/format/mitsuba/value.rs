@@ -97,6 +97,12 @@ pub(super) fn srgb(text: &str) -> Parsed<DVec3> {
     Ok(rgb(text)?.to_array().map(srgb_to_linear).into())
 }
 
+/// Three bare numbers, Mitsuba 0.x's spectra in RGB.
+pub(super) fn bare_rgb(text: &str) -> Option<DVec3> {
+    let numbers = if text.contains(':') { None } else { floats(text).ok() };
+    numbers.and_then(|n| <[f64; 3]>::try_from(n).ok()).map(DVec3::from)
+}
+
 /// One value, or pairs `wavelength:value`.
 pub(super) fn spectrum(text: &str) -> Parsed<Spectrum> {
     if !text.contains(':') {
