@@ -40,7 +40,8 @@ const FLIPS: f64 = 1e-3;
 const TRAVERSALS: [Traversal; 3] = [Traversal::Compute, Traversal::RayQuery, Traversal::RayPipeline];
 
 fn load(path: &Path, size: u32) -> Scene {
-    format::load(path, &format::Options::sized([size, size])).unwrap()
+    let options = format::Options { allow_outside: true, ..format::Options::sized([size, size]) };
+    format::load(path, &options).unwrap()
 }
 
 fn cell(run: u32, length: u64) -> Cell {
