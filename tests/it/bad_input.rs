@@ -177,7 +177,7 @@ const ELEMENTS: [(&str, &str); 88] = [
     ),
     (
         "<bsdf type='twosided' id='me'><ref id='me'/></bsdf><shape type='cube'><ref id='me'/></shape>",
-        "is not supported",
+        "bsdf `twosided`: stands inside itself",
     ),
     ("<shape type='cube'><bsdf type='diffuse'><rgb name='reflectance' value='1.1'/></bsdf></shape>", "in [0, 1]"),
     ("<shape type='cube'><bsdf type='diffuse'><rgb name='reflectance' value='1 2'/></bsdf></shape>", "one or three"),
@@ -211,6 +211,16 @@ const ELEMENTS: [(&str, &str); 88] = [
     ("<string name='a' value='$nothing'/>", "undefined parameter $nothing (defined: $r)"),
     ("<alias id='no' as='yes'/>", "no object above has the id `no`"),
 ];
+
+/// References nest without elements that do.
+#[test]
+fn long_chains_of_bsdfs_are_refused() {
+    let link = |i: usize| format!("<bsdf type='twosided' id='b{i}'><ref id='b{}'/></bsdf>", i + 1);
+    let chain: String = (0..10_000).map(link).collect();
+    let element = chain + "<bsdf type='diffuse' id='b10000'/><shape type='cube'><ref id='b0'/></shape>";
+    let message = check("chain", xml(&SCENE.replace('@', &element)), "scene.xml", true);
+    assert!(message.contains("nested deeper than 50"), "{message}");
+}
 
 #[test]
 fn broken_scenes_name_the_place() {

@@ -37,7 +37,7 @@ fn content(version: u16, flags: u32, shift: f32, counts: [u64; 2]) -> Vec<u8> {
         _ => bytes.extend(f64::from(v).to_le_bytes()),
     };
     POSITIONS.iter().for_each(|p| put(p + shift));
-    for (flag, values) in [(NORMALS, vec![0.0, 0.0, -2.0].repeat(4)), (UVS, vec![0.25; 8]), (COLORS, vec![0.5; 12])] {
+    for (flag, values) in [(NORMALS, [0.0, 0.0, -2.0].repeat(4)), (UVS, vec![0.25; 8]), (COLORS, vec![0.5; 12])] {
         values.iter().filter(|_| flags & flag != 0).for_each(|v| put(*v));
     }
     bytes.extend([0u32, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()));

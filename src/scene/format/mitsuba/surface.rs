@@ -18,6 +18,8 @@ use std::ops::RangeInclusive;
 
 const BSDFS: &str = "blendbsdf, bumpmap, conductor, dielectric, diffuse, mask, normalmap, null, plastic, roughconductor, \
                      roughdielectric, roughplastic, thindielectric, twosided";
+/// BSDFs inside each other, also by references.
+const SURFACE_DEPTH: usize = 50;
 /// How Mitsuba samples microfacets has no effect on what is measured.
 const QUIET: &[&str] = &["sample_visible"];
 
@@ -30,6 +32,9 @@ impl Builder {
         let node = &self.tree.nodes[index];
         if self.open_surfaces.contains(&index) {
             return Err(node.error("stands inside itself"));
+        }
+        if self.open_surfaces.len() >= SURFACE_DEPTH {
+            return Err(node.error(format!("BSDFs are nested deeper than {SURFACE_DEPTH}")));
         }
         self.open_surfaces.push(index);
         let surface = match node.plugin.as_str() {
