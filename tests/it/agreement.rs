@@ -44,7 +44,7 @@ struct Case {
 /// What the scene of Veach MIS leaves open.
 const PARAMETERS: [(&str, &str, &str); 1] = [("bitterli-veach-mis", "integrator", "path")];
 
-const CASES: [Case; 11] = [
+const CASES: [Case; 12] = [
     Case {
         name: "bitterli-cornell-box",
         scene: "bitterli-cornell-box/mitsuba/scene_v3.xml",
@@ -61,6 +61,7 @@ const CASES: [Case; 11] = [
         spp: [0, 0, 8192, 0, 64, 512, 64],
     },
     Case { name: "mitsuba-tutorials-cbox", scene: "mitsuba-tutorials/cbox.xml", spp: [0, 0, 0, 0, 0, 1536, 256] },
+    Case { name: "mitsuba-matpreview", scene: "mitsuba-matpreview/matpreview.xml", spp: [0, 0, 0, 0, 0, 512, 0] },
     Case {
         name: "bitterli-staircase2",
         scene: "bitterli-staircase2/mitsuba/scene_m3.xml",
