@@ -233,6 +233,7 @@ fn slopes_are_those_of_tilted_planes() {
 }
 
 /// A room of bent materials under the sky and a lamp.
+#[cfg(feature = "vulkan")]
 pub(crate) fn room(film: u32) -> Scene {
     let folder = folder();
     let at = |x: f32, y: f32| {

@@ -28,7 +28,7 @@ pub(crate) const ROUGHNESS: std::ops::RangeInclusive<f32> = 1e-4..=100.0;
 pub struct Microfacets<S = f32> {
     /// Distribution of slopes.
     pub distribution: Distribution,
-    /// Roughness along x and y, within [`ROUGHNESS`].
+    /// Roughness along x and y, between 1e-4 and 100.
     pub alpha: [S; 2],
 }
 
