@@ -238,7 +238,7 @@ fn broken_scenes_name_the_place() {
         ("<scene version=''/>", "allowed: 0.x to 3.x"),
         ("<shape version='3.0.0' type='sphere'/>", "<scene> is wanted"),
         ("<scene version='3.0.0'/>", "no <sensor>"),
-        ("<scene version='3.0.0'><sensor type='orthographic'/></scene>", "allowed: perspective"),
+        ("<scene version='3.0.0'><sensor type='fisheye'/></scene>", "allowed: perspective"),
         (
             "<scene version='3.0.0'><sensor type='perspective'><film type='specfilm'/></sensor></scene>",
             "allowed: hdrfilm",

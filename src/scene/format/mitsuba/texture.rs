@@ -137,9 +137,6 @@ impl Builder {
             let (x, y) = (i % width as usize, i / width as usize);
             return Err(node.error(format!("pixel ({x}, {y}) of `{}` is not finite: {}", path.display(), texels[i])));
         }
-        if raw && encoding == Encoding::Linear {
-            self.warn(&place, "`raw` has no effect on pictures of floats");
-        }
         if usage == Use::Normal && one_channel {
             return Err(self.tree.nodes[index].error("has one channel; a normal map needs three"));
         }
