@@ -229,12 +229,12 @@ impl Explanation {
         let mut section = |heading: &str, body: String| text += &format!("\n{heading}\n{body}");
         section("Called for", table(self.effects.iter().map(|c| row(c.effect, self.named(&c.because_of)))));
         let gpu = match self.kernel {
-            "short" => "a short kernel, without rare effects",
-            _ => "the full kernel's code",
+            "short" => "by a short kernel that lacks the rarer ones",
+            _ => "by constants in the kernel that has all",
         };
         let cpu = match self.cpu {
-            "diffuse" => "code for diffuse materials alone",
-            _ => "code for all materials",
+            "diffuse" => "by code for diffuse materials alone",
+            _ => "nothing by itself: materials are of several kinds",
         };
         let left_out = if self.left_out.is_empty() { "nothing".into() } else { self.left_out.join(", ") };
         section("Left out", table([row("effects", left_out), row("GPU", gpu.into()), row("CPU", cpu.into())]));
