@@ -73,9 +73,8 @@ fn content_hash(scene: &Scene) -> String {
     }
     h.update(bytemuck::cast_slice(&scene.uvs));
     if let Some(map) = &scene.environment_map {
-        let (frame, width, texels) = map.content();
-        h.update(format!("{frame:?} {width}").as_bytes());
-        h.update(bytemuck::cast_slice(texels));
+        h.update(format!("{:?} {}", map.frame(), map.width()).as_bytes());
+        h.update(bytemuck::cast_slice(map.texels()));
     }
     for t in &scene.triangles {
         h.update(bytemuck::bytes_of(&t.vertices));

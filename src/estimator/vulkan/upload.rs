@@ -55,7 +55,7 @@ impl SceneBuffers {
             if indexed { scene.triangles.iter().map(|t| t.vertices).collect() } else { Vec::new() };
         let uvs: &[Vec2] = if mapped { &scene.uvs } else { &[] };
         // Kernels that have more effects than the scene calls for look up every surface, so what is not there must not be named.
-        let surfaces: Cow<'_, [Surface]> = match mapped {
+        let surfaces: Cow<'_, [Surface]> = match mapped || scene.uvs.is_empty() {
             true => Cow::Borrowed(&bvh.surfaces),
             false => bvh.surfaces.iter().map(Surface::without_uvs).collect(),
         };

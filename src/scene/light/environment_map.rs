@@ -118,11 +118,6 @@ impl EnvironmentMap {
         self.mean
     }
 
-    /// What determines it: axes, columns, and rows of texels.
-    pub(crate) fn content(&self) -> (&Frame, u32, &[Rgb]) {
-        (&self.frame, self.width, &self.texels)
-    }
-
     /// Radiance that arrives from the world direction `direction` (any length), W m⁻² sr⁻¹, and the density with which
     /// [`Self::sample`] draws it, sr⁻¹.
     #[inline(never)]

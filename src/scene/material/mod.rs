@@ -40,9 +40,7 @@ pub struct Material {
 impl Material {
     /// Reflects nothing.
     pub const BLACK: Self = Self { bsdf: Bsdf::Black, relief: None };
-}
 
-impl Material {
     /// Its BSDF, if that is the same everywhere and in all frames.
     pub fn plain(&self) -> Option<Bsdf> {
         let varies = |i: &Input| matches!(i, Input::Texture(_));
